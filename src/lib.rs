@@ -1,0 +1,5 @@
+//! Splines on surfaces.
+#![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+pub mod surface;
