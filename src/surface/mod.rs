@@ -1,15 +1,34 @@
-//! A triangle mesh as a surface one can walk on.
+//! A triangle mesh as a surface one can walk on: welding, adjacency, checks, points, queries in space.
+//!
+//! [`TriangleMesh`] (raw) → [`Surface::build`] → [`Surface`], which answers about [`SurfacePoint`]s. Faces are named by
+//! their place in the input throughout; the order and orientation used inside are private.
 
+mod adjacency;
+mod build;
+mod bvh;
+mod fans;
 mod ids;
+pub(crate) mod metric;
+mod morton;
 mod options;
+mod orientation;
 mod point;
 mod report;
+pub mod shapes;
+#[expect(clippy::module_inception, reason = "the file of `Surface` is called surface, like every type's file")]
+mod surface;
+mod survey;
+#[cfg(test)]
+mod tests;
 mod triangle_mesh;
 mod weld;
 
+pub(crate) use bvh::Bvh;
 pub(crate) use ids::HalfEdge;
 pub use ids::{FaceId, VertexId};
 pub use options::{BuildProgress, NonManifoldEdges, NonManifoldVertices, NonOrientable, SurfaceOptions};
 pub use point::{PointElement, PointError, SurfacePoint};
 pub use report::{DropReason, SurfaceError, SurfaceReport};
+pub use surface::{ClosestPoint, RayHit, Surface};
+pub(crate) use surface::{InnerPoint, Zeros};
 pub use triangle_mesh::TriangleMesh;

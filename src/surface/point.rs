@@ -40,6 +40,9 @@ pub enum PointError {
     /// The surface has no such face.
     #[error("{0} does not exist: the input mesh has {1} faces")]
     NoSuchFace(FaceId, usize),
+    /// A path does not run through neighbouring faces, so it was made for another surface.
+    #[error("the path breaks off at {0}: it was made for another surface; search it again")]
+    BadCrossing(FaceId),
     /// The face was dropped when the surface was built, so it has no points.
     #[error("{0} was dropped when the surface was built: {1}")]
     FaceDropped(FaceId, super::DropReason),
