@@ -40,6 +40,9 @@ pub enum PointError {
     /// The surface has no such face.
     #[error("{0} does not exist: the input mesh has {1} faces")]
     NoSuchFace(FaceId, usize),
+    /// A tangent vector is NaN or infinite.
+    #[error("the tangent vector on {0} is not finite: give two finite numbers")]
+    BadTangent(FaceId),
     /// A path does not run through neighbouring faces, so it was made for another surface.
     #[error("the path breaks off at {0}: it was made for another surface; search it again")]
     BadCrossing(FaceId),

@@ -1,0 +1,301 @@
+//! Shortest paths: search a strip, straighten it.
+
+use super::{
+    GeodesicPath,
+    inner::InnerPath,
+    search::Search,
+    straighten::{Straightener, order},
+};
+use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
+
+/// Why there is no path.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PathError {
+    /// A point does not belong to the surface.
+    #[error(transparent)]
+    Point(#[from] PointError),
+    /// The points lie on different sheets.
+    #[error("no path joins {} and {}: they lie on separate pieces of the surface; pick both on one piece", from.face, to.face)]
+    NoPath {
+        /// One point.
+        from: SurfacePoint,
+        /// The other.
+        to: SurfacePoint,
+    },
+}
+
+/// Finds locally shortest paths.
+///
+/// It owns the scratch memory: keep one a thread and reuse it, for any surface. Once warm, a query allocates nothing but its
+/// result.
+///
+/// ```
+/// use bevy_surface_splines::{geodesic::PathFinder, surface::{FaceId, Surface, SurfaceOptions, SurfacePoint, shapes}};
+///
+/// let surface = Surface::build(&shapes::cube(), &SurfaceOptions::default())?;
+/// let corner = |p: glam::DVec3| surface.closest_point(p).unwrap().point;
+/// let path = PathFinder::new().shortest(&surface, &corner(glam::DVec3::ZERO), &corner(glam::DVec3::ONE))?;
+/// assert!((path.length() - 5.0_f64.sqrt()).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Default)]
+pub struct PathFinder {
+    search: Search,
+    straightener: Straightener,
+    strip: Vec<HalfEdge>,
+    path: InnerPath,
+}
+
+impl PathFinder {
+    /// Makes a finder; memory is taken at the first query (8 bytes a side of the surface).
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Finds a locally shortest path from one point to another.
+    ///
+    /// The path is straight across sides, and where it bends at a vertex both angles on the surface are at least π. It is
+    /// nearly always globally shortest too (0.3 % of random pairs on scanned models are longer by more than 0.1 %).
+    /// Swapping the points gives the same path reversed, bit for bit. Two points in one face are joined by a straight line.
+    ///
+    /// Cost: about 0.3 µs for each side that a circle about the straight path would contain, then a few sweeps over the
+    /// strip; around 1 ms across a model of 100,000 faces.
+    ///
+    /// # Errors
+    /// [`PathError::NoPath`] between sheets, [`PathError::Point`] if a point does not belong to the surface.
+    pub fn shortest(
+        &mut self,
+        surface: &Surface,
+        from: &SurfacePoint,
+        to: &SurfacePoint,
+    ) -> Result<GeodesicPath, PathError> {
+        let (from, to) = (surface.inner_point(from)?, surface.inner_point(to)?);
+        let mut path = std::mem::take(&mut self.path);
+        let found = self.shortest_inner(surface, &from, &to, &mut path);
+        let result = found.map(|()| path.to_outer(surface));
+        self.path = path;
+        result
+    }
+
+    /// [`shortest`](Self::shortest) in inner spelling, into reused memory.
+    pub(crate) fn shortest_inner(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        out: &mut InnerPath,
+    ) -> Result<(), PathError> {
+        let sheet = |p: &InnerPoint| surface.sheet[p.face as usize];
+        if sheet(from) != sheet(to) {
+            return Err(no_path(surface, from, to));
+        }
+        let backwards = order(to, from).is_lt();
+        let (first, second) = if backwards { (to, from) } else { (from, to) };
+        if let Some((start, end)) = in_one_face(surface, first, second) {
+            *out = InnerPath { start, end, ..InnerPath::default() };
+            out.measure(surface);
+        } else {
+            let mut strip = std::mem::take(&mut self.strip);
+            let found = self.search.run(surface, first, second, &mut strip);
+            let result = match found {
+                Some(ends) => {
+                    self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
+                    Ok(())
+                }
+                None => Err(no_path(surface, from, to)),
+            };
+            self.strip = strip;
+            result?;
+        }
+        if backwards {
+            out.reverse(surface);
+        }
+        Ok(())
+    }
+
+    /// Straightens a known strip instead of searching one: the result can be reached from it by shortening alone.
+    pub(crate) fn continue_inner(
+        &mut self,
+        surface: &Surface,
+        start: &InnerPoint,
+        end: &InnerPoint,
+        strip: &mut Vec<HalfEdge>,
+        out: &mut InnerPath,
+    ) {
+        self.straightener.run(surface, *start, *end, strip, out);
+    }
+}
+
+fn no_path(surface: &Surface, from: &InnerPoint, to: &InnerPoint) -> PathError {
+    PathError::NoPath { from: surface.outer_point(from), to: surface.outer_point(to) }
+}
+
+/// Spellings of two points in a face they share, if they do.
+fn in_one_face(surface: &Surface, a: &InnerPoint, b: &InnerPoint) -> Option<(InnerPoint, InnerPoint)> {
+    if a.face == b.face {
+        return Some((*a, *b));
+    }
+    let mut found: Option<(InnerPoint, InnerPoint)> = None;
+    surface.for_each_spelling(a, |p| {
+        surface.for_each_spelling(b, |q| {
+            if p.face == q.face && found.is_none_or(|f| p.face < f.0.face) {
+                found = Some((p, q));
+            }
+        });
+    });
+    found
+}
+
+impl Surface {
+    /// Finds a locally shortest path; for many queries keep a [`PathFinder`].
+    ///
+    /// # Errors
+    /// As [`PathFinder::shortest`].
+    pub fn shortest_path(&self, from: &SurfacePoint, to: &SurfacePoint) -> Result<GeodesicPath, PathError> {
+        PathFinder::new().shortest(self, from, to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::{SurfaceOptions, TriangleMesh, shapes};
+    use glam::DVec3;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    fn built(mesh: &TriangleMesh) -> Surface {
+        Surface::build(mesh, &SurfaceOptions::default()).unwrap()
+    }
+
+    fn length(surface: &Surface, a: DVec3, b: DVec3) -> f64 {
+        let [a, b] = [a, b].map(|p| surface.closest_point(p).unwrap().point);
+        let there = surface.shortest_path(&a, &b).unwrap();
+        let back = surface.shortest_path(&b, &a).unwrap();
+        assert_eq!(there.length().to_bits(), back.length().to_bits());
+        assert!(!there.is_frozen());
+        there.length()
+    }
+
+    #[test]
+    fn plane() {
+        let surface = built(&shapes::grid(17, 11, 3.0, 2.0));
+        let mut finder = PathFinder::new();
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for _ in 0..1000 {
+            let [a, b] = [(); 2].map(|()| DVec3::new(3.0 * random(), 2.0 * random(), 0.0));
+            let [p, q] = [a, b].map(|x| surface.closest_point(x).unwrap().point);
+            let path = finder.shortest(&surface, &p, &q).unwrap();
+            assert!((path.length() - a.distance(b)).abs() < 1e-12);
+            for x in path.positions(&surface) {
+                let off = (b - a).cross(x - a).length() / a.distance(b).max(1e-9);
+                assert!(off < 1e-12, "{off}");
+            }
+        }
+        // Through vertices, along edges.
+        assert!((length(&surface, DVec3::ZERO, DVec3::new(3.0, 2.0, 0.0)) - 13.0_f64.sqrt()).abs() < 1e-12);
+        assert!((length(&surface, DVec3::ZERO, DVec3::new(3.0, 0.0, 0.0)) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn opposite_corners_of_a_cube() {
+        let surface = built(&shapes::cube());
+        assert!((length(&surface, DVec3::ZERO, DVec3::ONE) - 5.0_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn spider_and_fly() {
+        let mut room = shapes::cube();
+        room.positions.iter_mut().for_each(|p| *p *= DVec3::new(12.0, 12.0, 30.0));
+        let surface = built(&room);
+        let found = length(&surface, DVec3::new(6.0, 1.0, 0.0), DVec3::new(6.0, 11.0, 30.0));
+        // Local optima over three, four and five walls.
+        let optima = [42.0, (37.0_f64 * 37.0 + 17.0 * 17.0).sqrt(), 40.0];
+        assert!(optima.iter().any(|o| (found - o).abs() < 1e-9), "{found}");
+    }
+
+    #[test]
+    fn prism_approaches_the_cylinder() {
+        let mut errors = Vec::new();
+        for n in [64_u32, 128, 256] {
+            let surface = built(&shapes::cylinder(n, 40, 4.0));
+            let at = |turn: f64, z: f64| DVec3::new(turn.cos(), turn.sin(), z);
+            errors.push(3.905_124_837_8 - length(&surface, at(0.3, 0.5), at(2.8, 3.5)));
+        }
+        assert!(errors.iter().all(|e| *e > 0.0 && *e < 5e-3), "{errors:?}");
+        assert!((errors[0] / errors[1]).log2() > 1.7 && (errors[1] / errors[2]).log2() > 1.7, "{errors:?}");
+    }
+
+    #[test]
+    fn cones() {
+        for (half_angle, expected) in [
+            (PI / 6.0, [1.220_520_279_4, 1.684_871_145_4, 2.236_067_977_5]),
+            (PI / 4.0, [1.399_650_532_0, 2.091_942_929_7, 2.724_481_504_5]),
+        ] {
+            let surface = built(&shapes::cone(720, 4, half_angle));
+            let at = |phi: f64, s: f64| {
+                DVec3::new(s * half_angle.sin() * phi.cos(), s * half_angle.sin() * phi.sin(), s * half_angle.cos())
+            };
+            for (turn, expected) in [1.0, 2.0, PI].into_iter().zip(expected) {
+                let found = length(&surface, at(0.01, 1.0), at(0.01 + turn, 2.0));
+                assert!((found - expected).abs() < 3e-5, "{half_angle} {turn}: {found} for {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn sphere_error_falls_with_the_square_of_the_edges() {
+        let ends = [DVec3::new(1.0, 0.2, 0.1).normalize(), DVec3::new(-0.3, 0.9, 0.4).normalize()];
+        let exact = ends[0].angle_between(ends[1]);
+        let errors: Vec<f64> =
+            (2..6).map(|level| (length(&built(&shapes::icosphere(level)), ends[0], ends[1]) - exact).abs()).collect();
+        let slope = (errors[0] / errors[3]).log2() / 3.0;
+        assert!((1.7..2.3).contains(&slope), "{errors:?}");
+    }
+
+    #[test]
+    fn torus() {
+        let surface = built(&shapes::torus(2.0, 1.0, 360, 180));
+        let at = |u: f64, v: f64| DVec3::new((2.0 + v.cos()) * u.cos(), (2.0 + v.cos()) * u.sin(), v.sin());
+        for (u, v, expected) in [(PI / 3.0, FRAC_PI_2, 3.055_501_69), (1.0, 2.0, 3.005_309_21)] {
+            let found = length(&surface, at(0.0, 0.0), at(u, v));
+            assert!((found - expected).abs() < 1e-3, "{found} for {expected}");
+        }
+    }
+
+    #[test]
+    fn around_a_hole() {
+        let mut mesh = shapes::grid(16, 16, 4.0, 4.0);
+        let inside = |p: DVec3| p.x > 1.0 && p.x < 3.0 && p.y > 1.0 && p.y < 3.0;
+        let positions = mesh.positions.clone();
+        mesh.faces.retain(|t| !inside(t.iter().map(|v| positions[*v as usize]).sum::<DVec3>() / 3.0));
+        let surface = built(&mesh);
+        assert_eq!(surface.report().boundary_loops, 2);
+        let found = length(&surface, DVec3::new(0.0, 2.0, 0.0), DVec3::new(4.0, 2.0, 0.0));
+        assert!((found - 4.828_427_124_7).abs() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn separate_pieces_have_no_path() {
+        let mut mesh = shapes::cube();
+        let n = mesh.positions.len() as u32;
+        mesh.positions.extend(shapes::cube().positions.iter().map(|p| *p + DVec3::X * 5.0));
+        mesh.faces.extend(shapes::cube().faces.iter().map(|t| t.map(|v| v + n)));
+        let surface = built(&mesh);
+        let [a, b] = [DVec3::ZERO, DVec3::X * 5.0].map(|p| surface.closest_point(p).unwrap().point);
+        assert!(matches!(surface.shortest_path(&a, &b), Err(PathError::NoPath { .. })));
+    }
+
+    #[test]
+    fn the_same_point_is_no_way_away() {
+        let surface = built(&shapes::icosphere(2));
+        for weights in [[0.2, 0.3, 0.5], [0.0, 0.5, 0.5], [0.0, 1.0, 0.0]] {
+            let p = surface.point(crate::surface::FaceId(5), weights).unwrap();
+            let q = surface.canonical(&p).unwrap();
+            assert_eq!(surface.shortest_path(&p, &q).unwrap().length(), 0.0);
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! The shortest path inside a strip: unfold its faces into the plane and pull a string taut.
+
+use glam::DVec2;
+
+use super::search::turn;
+use crate::surface::{HalfEdge, InnerPoint, Surface, metric};
+
+/// A vertex at which the taut string bends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bend {
+    pub(crate) vertex: u32,
+    /// First and last side of the strip that have the vertex at this end.
+    pub(crate) first: usize,
+    pub(crate) last: usize,
+    /// By how much the string turns there, in the plane; never negative.
+    pub(crate) turn: f64,
+    /// Whether the vertex is at the left end of those sides (their target).
+    pub(crate) left: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Knot {
+    at: DVec2,
+    vertex: u32,
+    side: usize,
+    left: bool,
+}
+
+const NO_VERTEX: u32 = u32::MAX;
+/// A crossing this close to an end of its side (as a share of it) is at the vertex.
+const TOUCHING: f64 = 1e-12;
+
+/// Scratch memory of the funnel; linear in the longest strip seen.
+#[derive(Debug, Default)]
+pub(crate) struct Funnel {
+    /// The taut string: start, bends, end.
+    string: Vec<Knot>,
+    /// Left and right end of each side in the plane.
+    lefts: Vec<DVec2>,
+    rights: Vec<DVec2>,
+    left_chain: Chain,
+    right_chain: Chain,
+}
+
+/// One wall of the funnel; knots before `head` have moved onto the string.
+#[derive(Debug, Default)]
+struct Chain {
+    knots: Vec<Knot>,
+    head: usize,
+}
+
+impl Funnel {
+    /// Pulls the string taut from `start` through `strip` to `end`, fills in where it bends and gives its length.
+    ///
+    /// Cost: linear in the strip (two-chain funnel, Lee & Preparata 1984).
+    pub(crate) fn pull(
+        &mut self,
+        surface: &Surface,
+        start: &InnerPoint,
+        end: &InnerPoint,
+        strip: &[HalfEdge],
+        bends: &mut Vec<Bend>,
+    ) -> f64 {
+        bends.clear();
+        self.string.clear();
+        self.lefts.clear();
+        self.rights.clear();
+        for chain in [&mut self.left_chain, &mut self.right_chain] {
+            chain.knots.clear();
+            chain.head = 0;
+        }
+        let Some(&first) = strip.first() else {
+            return surface.inner_position(start).distance(surface.inner_position(end));
+        };
+        self.unfold(surface, start, end, strip, first);
+        self.string.extend_from_slice(&self.left_chain.knots[self.left_chain.head..]);
+        self.collect_bends(surface, strip, bends);
+        self.string.windows(2).map(|w| w[0].at.distance(w[1].at)).sum()
+    }
+
+    /// Lays the faces side by side into the plane and hands each new end of a side to the funnel.
+    fn unfold(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint, strip: &[HalfEdge], first: HalfEdge) {
+        let width = surface.length(first);
+        let (mut right, mut left) = (DVec2::ZERO, DVec2::new(width, 0.0));
+        let corner = metric::apex(right, left, width, surface.length(first.prev()), surface.length(first.next()));
+        let source = spell(start, first, [right, left, corner]);
+        self.string.push(Knot { at: source, vertex: NO_VERTEX, side: 0, left: false });
+        let (mut last_left, mut last_right) = (NO_VERTEX, NO_VERTEX);
+        for (side, &h) in strip.iter().enumerate() {
+            let (vertex_left, vertex_right) = (surface.target(h), surface.origin(h));
+            self.lefts.push(left);
+            self.rights.push(right);
+            if vertex_left != last_left {
+                self.add(Knot { at: left, vertex: vertex_left, side, left: true });
+            }
+            if vertex_right != last_right {
+                self.add(Knot { at: right, vertex: vertex_right, side, left: false });
+            }
+            (last_left, last_right) = (vertex_left, vertex_right);
+            let twin = surface.twin(h);
+            let (la, lb) = (surface.length(twin.prev()), surface.length(twin.next()));
+            let corner = metric::apex(left, right, surface.length(twin), la, lb);
+            match strip.get(side + 1) {
+                None => {
+                    let at = spell(end, twin, [left, right, corner]);
+                    self.add(Knot { at, vertex: NO_VERTEX, side: side + 1, left: true });
+                }
+                Some(next) if *next == twin.next() => left = corner,
+                Some(_) => right = corner,
+            }
+        }
+    }
+
+    /// Narrows the funnel by a knot on one of its walls; where that wall passes the other, the other's knots become bends.
+    /// Collinear knots are dropped: the string merely touches them.
+    fn add(&mut self, knot: Knot) {
+        let (own, other, sign) = if knot.left {
+            (&mut self.left_chain, &mut self.right_chain, 1.0)
+        } else {
+            (&mut self.right_chain, &mut self.left_chain, -1.0)
+        };
+        let mut apex = self.string.last().map_or(DVec2::ZERO, |k| k.at);
+        while let Some(last) = own.knots.get(own.head..).and_then(|k| k.last()) {
+            let n = own.knots.len();
+            let before = if n - own.head >= 2 { own.knots[n - 2].at } else { apex };
+            if sign * turn(before, last.at, knot.at) > 0.0 {
+                break;
+            }
+            own.knots.pop();
+        }
+        if own.knots.len() == own.head {
+            while let Some(&first) = other.knots.get(other.head)
+                && sign * turn(apex, first.at, knot.at) < 0.0
+            {
+                self.string.push(first);
+                apex = first.at;
+                other.head += 1;
+            }
+        }
+        own.knots.push(knot);
+    }
+
+    fn collect_bends(&self, surface: &Surface, strip: &[HalfEdge], bends: &mut Vec<Bend>) {
+        for (i, knot) in self.string.iter().enumerate().skip(1) {
+            if knot.vertex == NO_VERTEX {
+                continue;
+            }
+            // Neighbours at the same place have no direction: look past them.
+            let away = |k: &&Knot| k.at.distance_squared(knot.at) > 0.0;
+            let before = self.string[..i].iter().rev().find(away).unwrap_or(knot);
+            let after = self.string[i + 1..].iter().find(away).unwrap_or(knot);
+            let (a, b) = (knot.at - before.at, after.at - knot.at);
+            let touches = |k: usize| {
+                let h = strip[k];
+                knot.vertex == if knot.left { surface.target(h) } else { surface.origin(h) }
+            };
+            let (mut first, mut last) = (knot.side, knot.side);
+            while first > 0 && touches(first - 1) {
+                first -= 1;
+            }
+            while last + 1 < strip.len() && touches(last + 1) {
+                last += 1;
+            }
+            let turn = a.perp_dot(b).atan2(a.dot(b)).abs();
+            bends.push(Bend { vertex: knot.vertex, first, last, turn, left: knot.left });
+        }
+    }
+
+    /// Where the string pulled last crosses the sides of its strip: exactly 0 or 1 at the vertices where it bends.
+    pub(crate) fn crossings(&self, strip: &[HalfEdge], bends: &[Bend], at: &mut Vec<f64>) {
+        at.clear();
+        let mut knots = self.string.windows(2);
+        let mut next_bend = bends.iter().peekable();
+        let Some(mut stretch) = knots.next() else { return };
+        for i in 0..strip.len() {
+            while let Some(bend) = next_bend.peek()
+                && i > bend.last
+            {
+                next_bend.next();
+                stretch = knots.next().unwrap_or(stretch);
+            }
+            if let Some(bend) = next_bend.peek()
+                && (bend.first..=bend.last).contains(&i)
+            {
+                at.push(if bend.left { 1.0 } else { 0.0 });
+                continue;
+            }
+            let (a, b) = (stretch[0].at, stretch[1].at);
+            let (right, left) = (self.rights[i], self.lefts[i]);
+            // Signed distances of the side's ends from the string's line.
+            let (from, to) = (turn(a, b, right), turn(a, b, left));
+            let t = if from == to {
+                // The string has no length here, or runs along the side: the nearest place on the side.
+                let along = left - right;
+                (a - right).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)
+            } else {
+                from / (from - to)
+            };
+            // A string that merely touches a vertex passes exactly through it on all its sides.
+            at.push(if t < TOUCHING {
+                0.0
+            } else if t > 1.0 - TOUCHING {
+                1.0
+            } else {
+                t
+            });
+        }
+    }
+}
+
+/// A point of the face of `h` in the plane, given where origin and target of `h` and the third corner lie.
+fn spell(p: &InnerPoint, h: HalfEdge, corners: [DVec2; 3]) -> DVec2 {
+    p.weights[h.side()] * corners[0] + p.weights[h.next().side()] * corners[1] + p.weights[h.prev().side()] * corners[2]
+}

@@ -1,0 +1,225 @@
+//! From a strip to a locally shortest path: batch sweeps over the vertices at which the taut string bends.
+//!
+//! A string that bends at an interior vertex with turn τ has the angle π + τ on the strip's side and θ − π − τ on the
+//! other, so the vertex can be passed on its other side with gain iff τ + K > 0, K = 2π − θ (Xin & Wang 2007 by another
+//! route). One sweep moves the strip past all such vertices whose runs of sides do not overlap; no trial flips, no walk
+//! about a star for the test.
+
+use super::{
+    funnel::{Bend, Funnel},
+    inner::{InnerPath, reverse_strip},
+};
+use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
+
+/// Turns below this are straight.
+const STRAIGHT: f64 = 1e-9;
+/// A strip counts as shorter only if it is shorter by this share: below it rounding decides.
+const SHORTER: f64 = 1.0 - 1e-13;
+
+/// Scratch memory of straightening; linear in the longest strip seen.
+#[derive(Debug, Default)]
+pub(crate) struct Straightener {
+    funnel: Funnel,
+    bends: Vec<Bend>,
+    strip: Vec<HalfEdge>,
+    next: Vec<HalfEdge>,
+    best: Vec<HalfEdge>,
+    fan: Vec<HalfEdge>,
+    /// Sweeps and flips since the beginning, for statistics.
+    pub(crate) sweeps: u64,
+    pub(crate) flips: u64,
+}
+
+impl Straightener {
+    /// Straightens a path inside `strip` and beyond; both ends must lie in the strip's first and last face.
+    ///
+    /// Works from the smaller spelling to the larger, so that a path and its reverse are the same path.
+    pub(crate) fn run(
+        &mut self,
+        surface: &Surface,
+        start: InnerPoint,
+        end: InnerPoint,
+        strip: &mut [HalfEdge],
+        out: &mut InnerPath,
+    ) {
+        let backwards = order(&end, &start).is_lt();
+        if backwards {
+            reverse_strip(surface, strip);
+        }
+        let (mut start, mut end) = if backwards { (end, start) } else { (start, end) };
+        self.strip.clear();
+        for &h in strip.iter() {
+            push(surface, &mut self.strip, h);
+        }
+        let frozen = self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
+        self.funnel.pull(surface, &start, &end, &self.strip, &mut self.bends);
+        (out.start, out.end, out.frozen) = (start, end, frozen);
+        out.strip.clear();
+        out.strip.extend_from_slice(&self.strip);
+        self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
+        out.measure(surface);
+        if backwards {
+            out.reverse(surface);
+        }
+    }
+
+    /// Sweeps until no vertex can be passed with gain; says whether the bound was met instead.
+    fn sweep(&mut self, surface: &Surface, start: &mut InnerPoint, end: &mut InnerPoint) -> bool {
+        clean_ends(surface, start, end, &mut self.strip);
+        let mut length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        let mut best = (length, *start, *end);
+        self.best.clone_from(&self.strip);
+        let mut stalled = 0;
+        // A sweep moves the path by at most one ring of vertices, so sweeps grow with the displacement in rings.
+        let bound = 4 * self.strip.len() + 1000;
+        let mut met_bound = true;
+        for _ in 0..bound {
+            self.sweeps += 1;
+            if self.flip_all(surface) == 0 {
+                met_bound = false;
+                break;
+            }
+            clean_ends(surface, start, end, &mut self.strip);
+            length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            if length < best.0 * SHORTER {
+                best = (length, *start, *end);
+                self.best.clone_from(&self.strip);
+                stalled = 0;
+            } else {
+                stalled += 1;
+                if stalled >= 3 || length > best.0 * (2.0 - SHORTER) {
+                    met_bound = false;
+                    break;
+                }
+            }
+        }
+        if length > best.0 || stalled > 0 {
+            (*start, *end) = (best.1, best.2);
+            std::mem::swap(&mut self.strip, &mut self.best);
+            self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        }
+        met_bound
+    }
+
+    /// Passes every vertex that can be passed with gain and whose run of sides is still as it was; says how many.
+    fn flip_all(&mut self, surface: &Surface) -> usize {
+        self.next.clear();
+        let (mut copied, mut flips) = (0, 0);
+        for bend in &self.bends {
+            if bend.first < copied || !improves(surface, bend) || !other_side(surface, &self.strip, bend, &mut self.fan)
+            {
+                continue;
+            }
+            for &h in self.strip[copied..bend.first].iter().chain(&self.fan) {
+                push(surface, &mut self.next, h);
+            }
+            copied = bend.last + 1;
+            flips += 1;
+        }
+        if flips > 0 {
+            for &h in &self.strip[copied..] {
+                push(surface, &mut self.next, h);
+            }
+            std::mem::swap(&mut self.strip, &mut self.next);
+        }
+        self.flips += flips as u64;
+        flips
+    }
+
+    /// The guard behind the sweeps: passes the sharpest vertex alone, keeps the result if it is shorter, else leaves that
+    /// vertex until the path has changed. Ends with no vertex left to try, which it confirms with `true`.
+    fn finish(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint) -> bool {
+        let mut refused: Vec<u32> = Vec::new();
+        let mut length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        for _ in 0..4 * self.strip.len() + 1000 {
+            let sharpness = |b: &Bend| b.turn + surface.curvature(b.vertex);
+            let candidate = self
+                .bends
+                .iter()
+                .filter(|b| improves(surface, b) && !refused.contains(&b.vertex))
+                .max_by(|a, b| sharpness(a).total_cmp(&sharpness(b)));
+            let Some(&bend) = candidate else { return true };
+            if !other_side(surface, &self.strip, &bend, &mut self.fan) {
+                refused.push(bend.vertex);
+                continue;
+            }
+            self.next.clear();
+            for &h in self.strip[..bend.first].iter().chain(&self.fan).chain(&self.strip[bend.last + 1..]) {
+                push(surface, &mut self.next, h);
+            }
+            std::mem::swap(&mut self.strip, &mut self.next);
+            let shorter = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            if shorter < length * SHORTER {
+                length = shorter;
+                refused.clear();
+                self.flips += 1;
+            } else {
+                std::mem::swap(&mut self.strip, &mut self.next);
+                self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+                refused.push(bend.vertex);
+            }
+        }
+        false
+    }
+}
+
+/// Whether passing the bend's vertex on its other side makes the path shorter, if there is another side.
+fn improves(surface: &Surface, bend: &Bend) -> bool {
+    bend.turn > STRAIGHT && bend.turn + surface.curvature(bend.vertex) > STRAIGHT
+}
+
+/// The sides to cross when the bend's vertex is passed on its other side; `false` where the boundary is in the way.
+fn other_side(surface: &Surface, strip: &[HalfEdge], bend: &Bend, fan: &mut Vec<HalfEdge>) -> bool {
+    fan.clear();
+    let goal = surface.twin(strip[bend.last]).face();
+    let mut h = strip[bend.first];
+    let around = |h: HalfEdge| if bend.left { h.next() } else { h.prev() };
+    // Turning about a vertex comes back to where it began, so this ends after one round.
+    while h.face() != goal {
+        let side = around(h);
+        h = surface.twin(side);
+        if !h.is_some() {
+            return false;
+        }
+        fan.push(side);
+    }
+    true
+}
+
+/// Appends a side to a strip; a step back to the face just left cancels.
+fn push(surface: &Surface, strip: &mut Vec<HalfEdge>, h: HalfEdge) {
+    if strip.last().is_some_and(|last| surface.twin(*last) == h) {
+        strip.pop();
+    } else {
+        strip.push(h);
+    }
+}
+
+/// Drops faces at the ends that the path does not enter: while an end lies on the side to its neighbour, it moves there.
+pub(crate) fn clean_ends(surface: &Surface, start: &mut InnerPoint, end: &mut InnerPoint, strip: &mut Vec<HalfEdge>) {
+    let on_side = |p: &InnerPoint, h: HalfEdge| p.weights[h.prev().side()] == 0.0;
+    let mut skip = 0;
+    while let Some(&h) = strip.get(skip)
+        && start.zeros() != Zeros::None
+        && on_side(start, h)
+        && let Some(there) = surface.across(start, h)
+    {
+        *start = there;
+        skip += 1;
+    }
+    strip.drain(..skip);
+    while let Some(&h) = strip.last()
+        && end.zeros() != Zeros::None
+        && on_side(end, surface.twin(h))
+        && let Some(there) = surface.across(end, surface.twin(h))
+    {
+        *end = there;
+        strip.pop();
+    }
+}
+
+/// A total order on spellings.
+pub(crate) fn order(a: &InnerPoint, b: &InnerPoint) -> std::cmp::Ordering {
+    let by = |i: usize| a.weights[i].total_cmp(&b.weights[i]);
+    a.face.cmp(&b.face).then_with(|| by(1)).then_with(|| by(2)).then_with(|| by(0))
+}
