@@ -2,4 +2,6 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "formats")]
+pub mod format;
 pub mod surface;

@@ -1,0 +1,186 @@
+//! Mesh files of the corpus, sound and broken. Needs `SURFACE_CORPUS`, and `SURFACE_REFERENCE` for the large scan.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use bevy_surface_splines::format::{FormatError, MeshFormat, read_mesh};
+
+/// Names the file that a child process is to load.
+const CHILD_FILE: &str = "SURFACE_SPLINES_CHILD_FILE";
+const TIME_LIMIT: Duration = Duration::from_secs(2);
+const MEMORY_LIMIT_KIB: u64 = 256 * 1024;
+
+/// What a child process does with a file: what came of it, or place and cause parted by a tab.
+///
+/// MERGE: add `Surface::build` here, once there is one, and give its error as `"surface\t<error>"`.
+fn load(path: &Path) -> Result<String, String> {
+    let mesh = read_mesh(path).map_err(|error| match &error {
+        FormatError::Content { place, cause, .. } => format!("{place}\t{cause}"),
+        other => format!("file\t{other}"),
+    })?;
+    Ok(format!("{} vertices, {} faces", mesh.positions.len(), mesh.faces.len()))
+}
+
+#[test]
+fn corpus_meshes_have_the_listed_faces() {
+    let Some(corpus) = folder("SURFACE_CORPUS") else { return };
+    let mut wrong = Vec::new();
+    let mut seen = 0;
+    for row in table(&corpus.join("meshes.csv")) {
+        let [file, .., triangles] = &row[..6] else { unreachable!("rows have at least six fields") };
+        let before = Instant::now();
+        match read_mesh(corpus.join(file)) {
+            Ok(mesh) => {
+                let good = mesh.faces.iter().flatten().all(|corner| (*corner as usize) < mesh.positions.len());
+                if !good || mesh.faces.len().to_string() != *triangles {
+                    wrong.push(format!("{file}: {} faces instead of {triangles}", mesh.faces.len()));
+                }
+            }
+            Err(error) => wrong.push(format!("{file}: {error}")),
+        }
+        println!("{file}: {:.1} ms", before.elapsed().as_secs_f64() * 1e3);
+        seen += 1;
+    }
+    assert!(wrong.is_empty(), "{} of {seen} files:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn corpus_cages_and_rigs_are_read() {
+    let Some(corpus) = folder("SURFACE_CORPUS") else { return };
+    for list in ["cages.csv", "rigs.csv"] {
+        for row in table(&corpus.join(list)) {
+            let mesh = read_mesh(corpus.join(&row[0])).unwrap_or_else(|error| panic!("{}: {error}", row[0]));
+            assert!(!mesh.faces.is_empty(), "{} has no faces", row[0]);
+        }
+    }
+}
+
+#[test]
+fn broken_files_meet_their_expectation() {
+    let Some(corpus) = folder("SURFACE_CORPUS") else { return };
+    let mut wrong = Vec::new();
+    println!("{:<40} {:<26} {:>6} {:>7}  cause", "path", "place", "ms", "KiB");
+    for row in table(&corpus.join("bad.csv")) {
+        let (file, expected) = (&row[0], row[4].as_str());
+        if MeshFormat::from_extension(file).is_none() {
+            continue;
+        }
+        let child = run_child(&corpus.join(file));
+        let (place, what) = match &child.outcome {
+            Some(Ok(loaded)) => ("-", loaded.as_str()),
+            Some(Err(refused)) => refused.split_once('\t').unwrap_or(("?", refused)),
+            None => ("?", "DIED OR WAS STOPPED"),
+        };
+        println!("{file:<40} {place:<26} {:>6} {:>7}  {what}", child.time.as_millis(), child.peak_kib);
+        let met = match &child.outcome {
+            None => false,
+            Some(outcome) if expected.starts_with("should load") => outcome.is_ok(),
+            Some(_) if expected.contains("load") => true,
+            Some(outcome) => outcome.is_err() && expected.starts_with("report an error"),
+        };
+        if !met || child.time > TIME_LIMIT || child.peak_kib > MEMORY_LIMIT_KIB {
+            wrong.push(format!("{file}: {what} (expected: {expected})"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn large_scan_is_quick_and_small() {
+    let Some(reference) = folder("SURFACE_REFERENCE") else { return };
+    let path = reference.join("meshes/armadillo_1384k.ply");
+    let child = run_child(&path);
+    let size_kib = fs::metadata(&path).unwrap().len() / 1024;
+    println!("{:?} in {:?}, peak {} KiB, file {size_kib} KiB", child.outcome, child.time, child.peak_kib);
+    assert!(matches!(child.outcome, Some(Ok(_))));
+    if !cfg!(debug_assertions) {
+        assert!(child.time < Duration::from_secs(1) && child.peak_kib < 3 * size_kib);
+    }
+}
+
+/// Not a test of its own: what the child processes run.
+#[test]
+fn child_loads_one_file() {
+    let Some(path) = std::env::var_os(CHILD_FILE) else { return };
+    let before = Instant::now();
+    let outcome = load(Path::new(&path));
+    let took = before.elapsed().as_micros();
+    match outcome {
+        Ok(loaded) => println!("\nLOADED\t{took}\t{}\t{loaded}", peak_kib()),
+        Err(refused) => println!("\nREFUSED\t{took}\t{}\t{refused}", peak_kib()),
+    }
+}
+
+struct Child {
+    /// `None` if the child did not come to an end by itself, or failed.
+    outcome: Option<Result<String, String>>,
+    /// Of loading where the child says it, else of the process.
+    time: Duration,
+    /// Most memory the process ever held.
+    peak_kib: u64,
+}
+
+/// Loads a file in a child process that is stopped after the time limit and cannot take more than 1 GiB of addresses.
+fn run_child(path: &Path) -> Child {
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -v 1048576; exec \"$0\" \"$@\""]).arg(std::env::current_exe().unwrap());
+    command.args(["--exact", "formats::child_loads_one_file", "--nocapture", "--test-threads=1"]);
+    command.env(CHILD_FILE, path).stdout(Stdio::piped()).stderr(Stdio::null());
+    let start = Instant::now();
+    let mut child = command.spawn().unwrap();
+    while child.try_wait().unwrap().is_none() {
+        if start.elapsed() > TIME_LIMIT {
+            child.kill().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let output = child.wait_with_output().unwrap();
+    let mut result = Child { outcome: None, time: start.elapsed(), peak_kib: 0 };
+    let said = String::from_utf8_lossy(&output.stdout);
+    let line = said.lines().find(|line| line.starts_with("LOADED\t") || line.starts_with("REFUSED\t"));
+    if let (true, Some(line)) = (output.status.success(), line) {
+        let fields: Vec<&str> = line.splitn(4, '\t').collect();
+        result.time = Duration::from_micros(fields[1].parse().unwrap());
+        result.peak_kib = fields[2].parse().unwrap();
+        let what = fields[3].to_owned();
+        result.outcome = Some(if fields[0] == "LOADED" { Ok(what) } else { Err(what) });
+    }
+    result
+}
+
+/// The most memory that this process ever held; 0 where the system does not tell.
+fn peak_kib() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
+}
+
+/// The folder that an environment variable names, or a message that the test is skipped.
+fn folder(variable: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os(variable).map(PathBuf::from);
+    if folder.is_none() {
+        println!("skipped: {variable} is not set");
+    }
+    folder
+}
+
+/// The rows of a comma-separated table without its heading; quotes may hold commas.
+fn table(path: &Path) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    text.lines().skip(1).map(fields).collect()
+}
+
+fn fields(line: &str) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    let mut quoted = false;
+    for c in line.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => fields.push(String::new()),
+            c => fields.last_mut().unwrap().push(c),
+        }
+    }
+    fields
+}
