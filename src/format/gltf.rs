@@ -165,7 +165,7 @@ impl Walk<'_> {
                 None => {
                     let new = self.vertices(positions, transform, &name)?;
                     if let Some(joints) = joints {
-                        self.check_joints(primitive, joints, &name)?;
+                        self.check_joints(primitive, joints, new.1, &name)?;
                     }
                     *placed.entry(positions.value()).or_insert(new)
                 }
@@ -237,12 +237,19 @@ impl Walk<'_> {
     }
 
     /// Refuses vertices that give weight to a joint that the skin does not have.
-    fn check_joints(&self, primitive: &Primitive, joints: usize, name: &str) -> Result<(), Fault> {
+    fn check_joints(&self, primitive: &Primitive, joints: usize, vertices: usize, name: &str) -> Result<(), Fault> {
         for set in 0..JOINT_SETS {
             let indices = attribute(primitive, Semantic::Joints(set));
             let (Some(indices), Some(weights)) = (indices, attribute(primitive, Semantic::Weights(set))) else {
                 break;
             };
+            for accessor in [indices, weights] {
+                let described = self.data.root.accessors.get(accessor.value());
+                if described.is_some_and(|described| described.count.0 != vertices as u64) {
+                    let cause = format!("accessor {} should have {vertices} values", accessor.value());
+                    return Err(Fault::item(name, Cause::Invalid(cause)));
+                }
+            }
             let indices = self.data.elements::<4>(indices, Type::Vec4)?;
             let weights = self.data.elements::<4>(weights, Type::Vec4)?;
             for (vertex, (indices, weights)) in indices.iter().zip(&weights).enumerate() {

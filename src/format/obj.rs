@@ -12,90 +12,99 @@ use crate::surface::TriangleMesh;
 /// from the latest vertex; a positive index may name a vertex that comes later. Only the part before the first `/` counts.
 pub(super) fn parse(bytes: &[u8]) -> Result<TriangleMesh, Fault> {
     let decoded = decoded(bytes);
-    let mut text = Text::new(&decoded).with_comments().with_continuations();
-    let mut reader = Reader::default();
-    loop {
-        match text.word() {
-            Some(b"v") => reader.vertex(&mut text)?,
-            Some(b"f" | b"fo") => reader.face(&mut text)?,
+    let lines = Lines::count(&decoded);
+    if lines.vertices + lines.faces == 0 {
+        return Err(Fault::line(1, Cause::NothingFound("no `v` and no `f` line")));
+    }
+    let mut mesh =
+        TriangleMesh { positions: Vec::with_capacity(lines.vertices), faces: Vec::with_capacity(lines.faces) };
+    let mut corners = Vec::new();
+    each_line(&decoded, |keyword, text| {
+        match keyword {
+            b"v" => mesh.positions.push(vertex(text, mesh.positions.len())?),
+            b"f" | b"fo" => {
+                face(text, mesh.positions.len(), lines.vertices, &mut corners)?;
+                mesh.push_polygon(&corners);
+            }
             _ => {}
         }
+        Ok(())
+    })?;
+    Ok(mesh)
+}
+
+/// Calls `visit` with the first word of each line that has one.
+fn each_line<'a>(
+    bytes: &'a [u8],
+    mut visit: impl FnMut(&'a [u8], &mut Text<'a>) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let mut text = Text::new(bytes).with_comments().with_continuations();
+    while let Some(keyword) = text.word_anywhere() {
+        visit(keyword, &mut text)?;
         if !text.next_line() {
             break;
         }
     }
-    reader.finish()
+    Ok(())
 }
 
+/// How many lines of each kind there are: known beforehand, an index can be refused at its own line, and nothing is reserved
+/// in vain.
 #[derive(Default)]
-struct Reader {
-    mesh: TriangleMesh,
-    /// Corners of the face being read; kept to save allocations.
-    corners: Vec<u32>,
-    /// Whether any `v` or `f` line was seen.
-    found: bool,
-    /// The largest index that named no vertex yet, and its line.
-    forward: Option<(u32, u64)>,
+struct Lines {
+    vertices: usize,
+    faces: usize,
 }
 
-impl Reader {
-    fn vertex(&mut self, text: &mut Text<'_>) -> Result<(), Fault> {
-        let x = text.number("the x coordinate of a vertex")?;
-        let y = text.number("the y coordinate of a vertex")?;
-        let z = text.number("the z coordinate of a vertex")?;
-        if self.mesh.positions.len() >= u32::MAX as usize {
-            return Err(Fault::line(text.line(), Cause::TooManyVertices));
-        }
-        self.mesh.positions.push(DVec3::new(x, y, z));
-        self.found = true;
-        Ok(())
-    }
-
-    fn face(&mut self, text: &mut Text<'_>) -> Result<(), Fault> {
-        self.corners.clear();
-        while let Some(word) = text.word() {
-            let corner = self.corner(word, text)?;
-            self.corners.push(corner);
-        }
-        self.mesh.push_polygon(&self.corners);
-        self.found = true;
-        Ok(())
-    }
-
-    fn corner(&mut self, word: &[u8], text: &Text<'_>) -> Result<u32, Fault> {
-        let digits = word.split(|byte| *byte == b'/').next().unwrap_or_default();
-        let vertices = self.mesh.positions.len() as u64;
-        let out_of_range = || Fault::line(text.line(), Cause::IndexOutOfRange { index: shown(digits), vertices });
-        let index = match integer(digits) {
-            Some(index) => index,
-            None if is_integer(digits) => return Err(out_of_range()),
-            None => return Err(text.unexpected("a vertex index", word)),
-        };
-        let from_zero = match index {
-            1.. => index - 1,
-            0 => return Err(out_of_range()),
-            _ => index.checked_add_unsigned(vertices).ok_or_else(out_of_range)?,
-        };
-        let corner = u32::try_from(from_zero).map_err(|_| out_of_range())?;
-        if u64::from(corner) >= vertices && self.forward.is_none_or(|(largest, _)| corner > largest) {
-            self.forward = Some((corner, text.line()));
-        }
-        Ok(corner)
-    }
-
-    fn finish(self) -> Result<TriangleMesh, Fault> {
-        if !self.found {
-            return Err(Fault::line(1, Cause::NothingFound("no `v` and no `f` line")));
-        }
-        let vertices = self.mesh.positions.len();
-        match self.forward {
-            Some((corner, line)) if corner as usize >= vertices => {
-                let index = (u64::from(corner) + 1).to_string();
-                Err(Fault::line(line, Cause::IndexOutOfRange { index, vertices: vertices as u64 }))
+impl Lines {
+    fn count(bytes: &[u8]) -> Self {
+        let mut lines = Self::default();
+        // Cannot fail, since the visitor does not.
+        let _ = each_line(bytes, |keyword, _| {
+            match keyword {
+                b"v" => lines.vertices += 1,
+                b"f" | b"fo" => lines.faces += 1,
+                _ => {}
             }
-            _ => Ok(self.mesh),
+            Ok(())
+        });
+        lines
+    }
+}
+
+fn vertex(text: &mut Text<'_>, before: usize) -> Result<DVec3, Fault> {
+    if before >= u32::MAX as usize {
+        return Err(Fault::line(text.line(), Cause::TooManyVertices));
+    }
+    let x = text.number("the x coordinate of a vertex")?;
+    let y = text.number("the y coordinate of a vertex")?;
+    let z = text.number("the z coordinate of a vertex")?;
+    Ok(DVec3::new(x, y, z))
+}
+
+/// Reads the corners of a face that follows `before` of all `vertices`.
+fn face(text: &mut Text<'_>, before: usize, vertices: usize, corners: &mut Vec<u32>) -> Result<(), Fault> {
+    corners.clear();
+    while let Some(word) = text.word() {
+        let digits = word.split(|byte| *byte == b'/').next().unwrap_or_default();
+        if !is_integer(digits) {
+            return Err(text.unexpected("a vertex index", word));
+        }
+        let (from_zero, vertices) = match integer(digits) {
+            Some(index @ 1..) => (Some(index - 1), vertices),
+            Some(index) if index < 0 => (index.checked_add_unsigned(before as u64), before),
+            _ => (None, vertices),
+        };
+        let corner = from_zero.and_then(|corner| u32::try_from(corner).ok());
+        match corner.filter(|corner| (*corner as usize) < vertices) {
+            Some(corner) => corners.push(corner),
+            None => {
+                let cause = Cause::IndexOutOfRange { index: shown(digits), vertices: vertices as u64 };
+                return Err(Fault::line(text.line(), cause));
+            }
         }
     }
+    Ok(())
 }
 
 /// Digits with at most a sign, whether or not they fit.

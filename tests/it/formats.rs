@@ -1,49 +1,83 @@
 //! Mesh files of the corpus, sound and broken. Needs `SURFACE_CORPUS`, and `SURFACE_REFERENCE` for the large scan.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use bevy_surface_splines::format::{FormatError, MeshFormat, read_mesh};
+use bevy_surface_splines::format::{FormatError, MeshFormat, parse_mesh, read_mesh};
+use bevy_surface_splines::surface::TriangleMesh;
+use glam::DVec3;
 
-/// Names the file that a child process is to load.
+/// Names the file that a child process is to take, and what it is to do with it.
 const CHILD_FILE: &str = "SURFACE_SPLINES_CHILD_FILE";
+const CHILD_TASK: &str = "SURFACE_SPLINES_CHILD_TASK";
 const TIME_LIMIT: Duration = Duration::from_secs(2);
 const MEMORY_LIMIT_KIB: u64 = 256 * 1024;
 
-/// What a child process does with a file: what came of it, or place and cause parted by a tab.
+/// What a child process does with a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Task {
+    /// Read it.
+    Read,
+    /// Read it and build a surface of it.
+    Load,
+}
+
+/// Reads a file and builds a surface of it; gives what came of it, or place and cause parted by a tab.
 ///
 /// MERGE: add `Surface::build` here, once there is one, and give its error as `"surface\t<error>"`.
 fn load(path: &Path) -> Result<String, String> {
-    let mesh = read_mesh(path).map_err(|error| match &error {
+    read(path).map(|mesh| described(&mesh))
+}
+
+/// Reads a file; an error is place and cause parted by a tab.
+fn read(path: &Path) -> Result<TriangleMesh, String> {
+    read_mesh(path).map_err(|error| match &error {
         FormatError::Content { place, cause, .. } => format!("{place}\t{cause}"),
         other => format!("file\t{other}"),
-    })?;
-    Ok(format!("{} vertices, {} faces", mesh.positions.len(), mesh.faces.len()))
+    })
+}
+
+fn described(mesh: &TriangleMesh) -> String {
+    format!("{} vertices, {} faces", mesh.positions.len(), mesh.faces.len())
 }
 
 #[test]
-fn corpus_meshes_have_the_listed_faces() {
+fn corpus_meshes_are_as_listed() {
     let Some(corpus) = folder("SURFACE_CORPUS") else { return };
     let mut wrong = Vec::new();
-    let mut seen = 0;
     for row in table(&corpus.join("meshes.csv")) {
-        let [file, .., triangles] = &row[..6] else { unreachable!("rows have at least six fields") };
         let before = Instant::now();
-        match read_mesh(corpus.join(file)) {
+        match read_mesh(corpus.join(&row[0])) {
             Ok(mesh) => {
-                let good = mesh.faces.iter().flatten().all(|corner| (*corner as usize) < mesh.positions.len());
-                if !good || mesh.faces.len().to_string() != *triangles {
-                    wrong.push(format!("{file}: {} faces instead of {triangles}", mesh.faces.len()));
-                }
+                println!("{}: {:.1} ms", row[0], before.elapsed().as_secs_f64() * 1e3);
+                compare(&mesh, &row, &mut wrong);
             }
-            Err(error) => wrong.push(format!("{file}: {error}")),
+            Err(error) => wrong.push(format!("{}: {error}", row[0])),
         }
-        println!("{file}: {:.1} ms", before.elapsed().as_secs_f64() * 1e3);
-        seen += 1;
     }
-    assert!(wrong.is_empty(), "{} of {seen} files:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Compares counts and size with a row of `meshes.csv`.
+fn compare(mesh: &TriangleMesh, row: &[String], wrong: &mut Vec<String>) {
+    let mut check = |what: &str, found: f64, listed: &str, tolerance: f64| {
+        let expected: f64 = listed.parse().unwrap();
+        if (found - expected).abs() > tolerance * expected {
+            wrong.push(format!("{}: {what} {found} instead of {expected}", row[0]));
+        }
+    };
+    let all: Vec<DVec3> = mesh.faces.iter().flatten().map(|corner| mesh.positions[*corner as usize]).collect();
+    // Adding zero makes −0 and 0 the same bits.
+    let different: HashSet<[u64; 3]> = all.iter().map(|p| (*p + DVec3::ZERO).to_array().map(f64::to_bits)).collect();
+    let low = all.iter().copied().reduce(DVec3::min).unwrap();
+    let high = all.iter().copied().reduce(DVec3::max).unwrap();
+    check("vertices in the file", mesh.positions.len() as f64, &row[3], 0.0);
+    check("different vertices", different.len() as f64, &row[4], 0.0);
+    check("faces", mesh.faces.len() as f64, &row[5], 0.0);
+    check("diagonal", low.distance(high), &row[19], 1e-5);
 }
 
 #[test]
@@ -67,7 +101,7 @@ fn broken_files_meet_their_expectation() {
         if MeshFormat::from_extension(file).is_none() {
             continue;
         }
-        let child = run_child(&corpus.join(file));
+        let child = run_child(&corpus.join(file), Task::Load);
         let (place, what) = match &child.outcome {
             Some(Ok(loaded)) => ("-", loaded.as_str()),
             Some(Err(refused)) => refused.split_once('\t').unwrap_or(("?", refused)),
@@ -88,10 +122,56 @@ fn broken_files_meet_their_expectation() {
 }
 
 #[test]
+fn damaged_files_are_survived() {
+    const LARGEST: usize = 20_000;
+    const TELLING: &[u8] = b"0123456789-. \n\\{}[],\"#/e";
+    let Some(corpus) = folder("SURFACE_CORPUS") else { return };
+    let rounds: u64 = std::env::var("SURFACE_SPLINES_ROUNDS").ok().and_then(|text| text.parse().ok()).unwrap_or(30);
+    let mut seed = 0x5eed_u64;
+    println!("seed {seed:#x}, {rounds} rounds");
+    let mut random = move |below: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % below.max(1)
+    };
+    for row in ["bad.csv", "meshes.csv", "rigs.csv", "cages.csv"].iter().flat_map(|list| table(&corpus.join(list))) {
+        let Some(format) = MeshFormat::from_extension(&row[0]) else { continue };
+        let sound = fs::read(corpus.join(&row[0])).unwrap();
+        if sound.is_empty() || sound.len() > LARGEST {
+            continue;
+        }
+        for _ in 0..rounds {
+            let mut bytes = sound.clone();
+            // Half of all damage is done near the start, where headers are.
+            let reach = if random(2) == 0 { bytes.len() } else { bytes.len().min(200) };
+            for _ in 0..=random(4) {
+                let at = random(reach.min(bytes.len()));
+                match random(6) {
+                    0 => bytes.truncate(at),
+                    1 => bytes[at] = random(256) as u8,
+                    2 => bytes[at] = TELLING[random(TELLING.len())],
+                    3 => bytes[at] ^= 1 << random(8),
+                    4 => bytes.insert(at, b'0' + random(10) as u8),
+                    _ => drop(bytes.drain(at..(at + random(9)).min(bytes.len()))),
+                }
+                if bytes.is_empty() {
+                    break;
+                }
+            }
+            let before = Instant::now();
+            if let Ok(mesh) = parse_mesh(&bytes, format) {
+                let vertices = mesh.positions.len();
+                assert!(mesh.faces.iter().flatten().all(|corner| (*corner as usize) < vertices), "{}", row[0]);
+            }
+            assert!(before.elapsed() < TIME_LIMIT, "{} took too long", row[0]);
+        }
+    }
+}
+
+#[test]
 fn large_scan_is_quick_and_small() {
     let Some(reference) = folder("SURFACE_REFERENCE") else { return };
     let path = reference.join("meshes/armadillo_1384k.ply");
-    let child = run_child(&path);
+    let child = run_child(&path, Task::Read);
     let size_kib = fs::metadata(&path).unwrap().len() / 1024;
     println!("{:?} in {:?}, peak {} KiB, file {size_kib} KiB", child.outcome, child.time, child.peak_kib);
     assert!(matches!(child.outcome, Some(Ok(_))));
@@ -105,7 +185,9 @@ fn large_scan_is_quick_and_small() {
 fn child_loads_one_file() {
     let Some(path) = std::env::var_os(CHILD_FILE) else { return };
     let before = Instant::now();
-    let outcome = load(Path::new(&path));
+    let path = Path::new(&path);
+    let only_read = std::env::var(CHILD_TASK).is_ok_and(|task| task == "read");
+    let outcome = if only_read { read(path).map(|mesh| described(&mesh)) } else { load(path) };
     let took = before.elapsed().as_micros();
     match outcome {
         Ok(loaded) => println!("\nLOADED\t{took}\t{}\t{loaded}", peak_kib()),
@@ -123,11 +205,12 @@ struct Child {
 }
 
 /// Loads a file in a child process that is stopped after the time limit and cannot take more than 1 GiB of addresses.
-fn run_child(path: &Path) -> Child {
+fn run_child(path: &Path, task: Task) -> Child {
     let mut command = Command::new("sh");
     command.args(["-c", "ulimit -v 1048576; exec \"$0\" \"$@\""]).arg(std::env::current_exe().unwrap());
     command.args(["--exact", "formats::child_loads_one_file", "--nocapture", "--test-threads=1"]);
-    command.env(CHILD_FILE, path).stdout(Stdio::piped()).stderr(Stdio::null());
+    command.env(CHILD_FILE, path).env(CHILD_TASK, if task == Task::Read { "read" } else { "load" });
+    command.stdout(Stdio::piped()).stderr(Stdio::null());
     let start = Instant::now();
     let mut child = command.spawn().unwrap();
     while child.try_wait().unwrap().is_none() {
