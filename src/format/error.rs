@@ -124,8 +124,8 @@ pub enum Cause {
     /// A glTF item refers to one that does not exist.
     #[error("it refers to {0}, which does not exist: correct the reference")]
     NoSuchItem(String),
-    /// A glTF node can be reached in two ways.
-    #[error("the node is reached twice, so the nodes are not a tree: remove the cycle or the second parent")]
+    /// A glTF node has two parents, lies on a cycle, or is listed twice in a scene.
+    #[error("the node lies on a cycle or hangs in two places: let the nodes form trees")]
     NotATree,
     /// A part of a glTF buffer lies outside of what holds it.
     #[error("it needs {needed} bytes of {holder}, which has {present}: the file was cut off or the lengths are wrong")]

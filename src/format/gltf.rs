@@ -91,22 +91,40 @@ fn budget(container: &Container<'_>, buffers: &[Buffer<'_>]) -> u64 {
     (container.json.len() + data) as u64 * GROWTH + ALLOWANCE
 }
 
-/// The nodes that the walk starts from.
-fn first_nodes(root: &Root) -> Result<Vec<Index<Node>>, Fault> {
-    if let Some(scene) = root.scene {
-        let missing = || Fault::item("the document", Cause::NoSuchItem(format!("scene {}", scene.value())));
-        return Ok(root.scenes.get(scene.value()).ok_or_else(missing)?.nodes.clone());
-    }
-    if let Some(scene) = root.scenes.first() {
-        return Ok(scene.nodes.clone());
-    }
-    let mut is_child = vec![false; root.nodes.len()];
-    for child in root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
-        if let Some(mark) = is_child.get_mut(child.value()) {
-            *mark = true;
+/// Gives the nodes without a parent, having made sure that all nodes, used or not, form trees.
+fn root_nodes(root: &Root) -> Result<Vec<Index<Node>>, Fault> {
+    let not_a_tree = |node: usize| Fault::item(format!("node {node}"), Cause::NotATree);
+    let mut parents = vec![None; root.nodes.len()];
+    for (number, node) in root.nodes.iter().enumerate() {
+        for child in node.children.iter().flatten().map(Index::value) {
+            let missing = || Fault::item(format!("node {number}"), Cause::NoSuchItem(format!("node {child}")));
+            if parents.get_mut(child).ok_or_else(missing)?.replace(number).is_some() {
+                return Err(not_a_tree(child));
+            }
         }
     }
-    Ok((0..root.nodes.len()).filter(|node| !is_child[*node]).map(|node| Index::new(node as u32)).collect())
+    let roots: Vec<usize> = (0..parents.len()).filter(|node| parents[*node].is_none()).collect();
+    // With one parent each, the nodes that no root leads to are those on cycles and below.
+    let mut reached = vec![false; parents.len()];
+    let mut open = roots.clone();
+    while let Some(node) = open.pop() {
+        reached[node] = true;
+        open.extend(root.nodes[node].children.iter().flatten().map(Index::value));
+    }
+    match reached.iter().position(|reached| !reached) {
+        Some(node) => Err(not_a_tree(node)),
+        None => Ok(roots.into_iter().map(|node| Index::new(node as u32)).collect()),
+    }
+}
+
+/// The nodes that the walk starts from.
+fn first_nodes(root: &Root) -> Result<Vec<Index<Node>>, Fault> {
+    let all = root_nodes(root)?;
+    let Some(scene) = root.scene else {
+        return Ok(root.scenes.first().map_or(all, |scene| scene.nodes.clone()));
+    };
+    let missing = || Fault::item("the document", Cause::NoSuchItem(format!("scene {}", scene.value())));
+    Ok(root.scenes.get(scene.value()).ok_or_else(missing)?.nodes.clone())
 }
 
 /// A walk over the nodes that gathers their triangles.
@@ -118,7 +136,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Visits nodes and their children, depth first, in document order.
+    /// Visits nodes and their children, depth first, in document order; no node twice.
     fn all(&mut self, first: Vec<Index<Node>>) -> Result<(), Fault> {
         let root = self.data.root;
         let mut visited = vec![false; root.nodes.len()];
@@ -335,9 +353,9 @@ mod tests {
 
     #[test]
     fn cycles_and_second_parents_are_refused() {
-        let cycle = document(r#"{"children":[1]},{"children":[0]}"#, STRIP)
-            .replace("\"nodes\"", "\"scenes\":[{\"nodes\":[0]}],\"nodes\"");
-        assert_eq!(fails(&cycle).cause, Cause::NotATree);
+        assert_eq!(fails(&document(r#"{"mesh":0},{"children":[2]},{"children":[1]}"#, STRIP)).cause, Cause::NotATree);
+        let twice = document(NODE, STRIP).replace("\"nodes\"", "\"scenes\":[{\"nodes\":[0,0]}],\"nodes\"");
+        assert_eq!(fails(&twice).cause, Cause::NotATree);
         let shared = document(r#"{"children":[2]},{"children":[2]},{"mesh":0}"#, STRIP);
         assert_eq!(fails(&shared).place, Place::Item("node 2".into()));
         assert_eq!(fails(&document(r#"{"children":[7]}"#, STRIP)).cause, Cause::NoSuchItem("node 7".into()));
