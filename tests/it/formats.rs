@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use bevy_surface_splines::format::{FormatError, MeshFormat, parse_mesh, read_mesh};
+use bevy_surface_splines::format::{FormatError, MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};
 use bevy_surface_splines::surface::TriangleMesh;
 use glam::DVec3;
 
@@ -177,6 +177,28 @@ fn large_scan_is_quick_and_small() {
     assert!(matches!(child.outcome, Some(Ok(_))));
     if !cfg!(debug_assertions) {
         assert!(child.time < Duration::from_secs(1) && child.peak_kib < 3 * size_kib);
+    }
+}
+
+#[test]
+fn buffers_beside_a_document_are_read() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("buffers_beside_a_document");
+    fs::create_dir_all(&folder).unwrap();
+    let corners = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    fs::write(folder.join("one triangle.bin"), bytes).unwrap();
+    let document = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "buffers":[{"byteLength":36,"uri":"one%20triangle.bin"}],"bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]}"#;
+    fs::write(folder.join("document.gltf"), document).unwrap();
+    let mesh = read_mesh(folder.join("document.gltf")).unwrap();
+    assert_eq!((mesh.positions[1], mesh.faces), (DVec3::X, vec![[0, 1, 2]]));
+    assert_eq!(parse_mesh_beside(document.as_bytes(), MeshFormat::Gltf, &folder).unwrap().positions, mesh.positions);
+    for missing in ["two.bin", "/dev/zero", "../../../../../../../../../dev/zero", "http://a.b/c.bin"] {
+        let document = document.replace("one%20triangle.bin", missing);
+        let error = parse_mesh_beside(document.as_bytes(), MeshFormat::Gltf, &folder).unwrap_err();
+        assert!(error.to_string().starts_with("glTF, buffer 0: "), "{error}");
     }
 }
 
