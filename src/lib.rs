@@ -2,5 +2,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "formats")]
+pub mod format;
 pub mod geodesic;
 pub mod surface;

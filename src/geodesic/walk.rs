@@ -11,7 +11,7 @@ use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
 
 /// A crossing this close to an end of its side (as a share of it) counts as the vertex: well above the rounding of a walk
 /// over a thousand faces, well below what a person can aim at.
-const AT_VERTEX: f64 = 1e-11;
+const AT_VERTEX: f64 = 1e-9;
 /// Faces that one walk may cross.
 const MAX_FACES: usize = 1_000_000;
 
@@ -297,14 +297,16 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         for i in 0..200 {
-            let mut start = DVec3::new(random(), random(), random()).normalize();
-            let mut direction = DVec3::new(random(), random(), random());
-            if i % 4 == 0 {
-                // From vertex to vertex along sides.
-                start = surface.positions[i];
-                direction = surface.positions[surface.target(surface.outgoing[i]) as usize] - start;
-            }
-            let walk = go(&surface, start, direction, 2.0);
+            let walk = if i % 4 == 0 {
+                // From a vertex along a side to the next vertex, and on through that.
+                let h = surface.outgoing[i];
+                let vector = side_direction(&surface.flat(h.face()), h);
+                let heading = surface.outer_tangent(&InnerTangent { face: h.face(), vector });
+                surface.walk(&surface.outer_point(&InnerPoint::on_side(h, 0.0)), &heading, 2.0).unwrap()
+            } else {
+                let start = DVec3::new(random(), random(), random()).normalize();
+                go(&surface, start, DVec3::new(random(), random(), random()), 2.0)
+            };
             let back = surface.opposite(&walk.path.end(), &walk.heading).unwrap();
             let home = surface.walk(&walk.path.end(), &back, 2.0).unwrap();
             let off = surface.position(&home.path.end()).distance(surface.position(&walk.path.start()));

@@ -1,0 +1,31 @@
+//! Mesh files.
+//!
+//! [`read_mesh`] reads a file, [`parse_mesh`] bytes that are in memory already. Both give a
+//! [`TriangleMesh`](crate::surface::TriangleMesh) as the file has it: nothing is welded, oriented or dropped. Coordinates that
+//! are infinite or not numbers pass through; whatever builds a surface drops their faces.
+//!
+//! | format | what is read |
+//! |---|---|
+//! | OBJ | `v` and `f` lines: polygons, negative indices, UTF-16 too |
+//! | STL | text and binary, several solids |
+//! | PLY | text and binary of both byte orders: polygons and `tristrips` |
+//! | OFF | text: polygons |
+//! | glTF, GLB | triangles, strips and fans of the default scene, with the nodes' transforms |
+//!
+//! A polygon of n corners gives n − 2 consecutive triangles, a fan from its first corner. Nothing in a file makes a reader
+//! panic, hang, or reserve memory out of proportion to the file; errors name the line or byte, see [`FormatError`].
+
+mod error;
+mod gltf;
+mod gltf_data;
+mod obj;
+mod off;
+mod ply;
+mod ply_values;
+mod read;
+mod stl;
+mod strip;
+mod text;
+
+pub use error::{Cause, FormatError, Place};
+pub use read::{MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};

@@ -1,0 +1,4 @@
+//! Tests that use several parts at once, in one binary.
+
+#[cfg(feature = "formats")]
+mod formats;
