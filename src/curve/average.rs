@@ -1,0 +1,153 @@
+//! Legs and geodesic averages: what all schemes are made of.
+
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+use glam::DVec2;
+
+use crate::geodesic::{
+    PathError, PathFinder,
+    inner::InnerPath,
+    tangent::{InnerTangent, lay},
+    transport::angle_at,
+};
+use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
+
+/// Legs longer than this share of the diagonal are searched rather than continued (spec: beyond it, continuation winds
+/// around bumps).
+const SHORT_LEG: f64 = 0.1;
+/// A joint that turns more than this is searched.
+const GENTLE_TURN: f64 = FRAC_PI_4;
+
+/// Finds legs, and bridges between legs that meet.
+pub(crate) struct Averager<'a> {
+    pub(crate) surface: &'a Surface,
+    pub(crate) finder: &'a mut PathFinder,
+}
+
+/// A stretch of a leg, between two shares of its length.
+#[derive(Clone, Copy)]
+pub(crate) struct Span<'l> {
+    pub(crate) leg: &'l InnerPath,
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+}
+
+impl<'l> Span<'l> {
+    pub(crate) fn new(leg: &'l InnerPath, from: f64, to: f64) -> Self {
+        Self { leg, from, to }
+    }
+}
+
+impl Averager<'_> {
+    /// The shortest path between two points.
+    pub(crate) fn leg(&mut self, from: &InnerPoint, to: &InnerPoint) -> Result<InnerPath, PathError> {
+        let mut leg = InnerPath::default();
+        self.finder.shortest_inner(self.surface, from, to, &mut leg)?;
+        Ok(leg)
+    }
+
+    /// The point at a share of a leg's length.
+    pub(crate) fn point(&self, leg: &InnerPath, share: f64) -> InnerPoint {
+        leg.at_share(self.surface, share).1
+    }
+
+    /// The path from where one span begins to where the next ends; the spans meet in a point.
+    ///
+    /// Where they are short and meet at a gentle angle, the two strips one after the other are straightened: much cheaper
+    /// than a search, and as good. Otherwise the path is searched.
+    pub(crate) fn bridge(&mut self, first: Span<'_>, second: Span<'_>) -> Result<InnerPath, PathError> {
+        let surface = self.surface;
+        let (i, start) = first.leg.at_share(surface, first.from);
+        let (j, end) = second.leg.at_share(surface, second.to);
+        if start.face != end.face && self.may_continue(first, second) {
+            let (meet, here) = first.leg.at_share(surface, first.to);
+            let (from, there) = second.leg.at_share(surface, second.from);
+            let mut strip = first.leg.strip.get(i..meet).unwrap_or_default().to_vec();
+            if turn_into(surface, &here, there.face, &mut strip) {
+                strip.extend_from_slice(second.leg.strip.get(from..j).unwrap_or_default());
+                let mut path = InnerPath::default();
+                self.finder.continue_inner(surface, &start, &end, &mut strip, &mut path);
+                return Ok(path);
+            }
+        }
+        self.leg(&start, &end)
+    }
+
+    fn may_continue(&self, first: Span<'_>, second: Span<'_>) -> bool {
+        let limit = SHORT_LEG * self.surface.diagonal();
+        first.leg.length < limit && second.leg.length < limit && self.turn(first, second).abs() < GENTLE_TURN
+    }
+
+    /// By how much the way turns left where two spans meet, in (−π, π]; zero where one has no length.
+    pub(crate) fn turn(&self, first: Span<'_>, second: Span<'_>) -> f64 {
+        let (meet, here) = first.leg.at_share(self.surface, first.to);
+        let (from, _) = second.leg.at_share(self.surface, second.from);
+        let arriving = self.direction(first.leg, meet, Side::Before);
+        let leaving = self.direction(second.leg, from, Side::After);
+        if arriving.vector == DVec2::ZERO || leaving.vector == DVec2::ZERO {
+            return 0.0;
+        }
+        let angle = angle_at(self.surface, &here, &arriving, &leaving).rem_euclid(TAU);
+        if angle > PI { angle - TAU } else { angle }
+    }
+
+    /// Direction of a leg in a stretch, or in the nearest one before or after it that has length.
+    fn direction(&self, leg: &InnerPath, stretch: usize, side: Side) -> InnerTangent {
+        let mut i = stretch;
+        loop {
+            let flat = self.surface.flat(leg.face(i));
+            let along = lay(&flat, &leg.exit(i)) - lay(&flat, &leg.entry(self.surface, i));
+            let vector = along.normalize_or_zero();
+            let next = match side {
+                Side::Before => i.checked_sub(1),
+                Side::After => Some(i + 1).filter(|n| *n < leg.stretches()),
+            };
+            match next {
+                Some(next) if vector == DVec2::ZERO => i = next,
+                _ => return InnerTangent { face: leg.face(i), vector },
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Side {
+    Before,
+    After,
+}
+
+/// Extends a strip from the face a point is spelled in to another face around the point, the shorter way around a vertex;
+/// says whether that face was reached.
+fn turn_into(surface: &Surface, here: &InnerPoint, face: u32, strip: &mut Vec<HalfEdge>) -> bool {
+    if here.face == face {
+        return true;
+    }
+    match here.zeros() {
+        Zeros::None => false,
+        Zeros::Side(k) => {
+            let h = HalfEdge::new(here.face, k);
+            strip.push(h);
+            surface.twin(h).is_some() && surface.twin(h).face() == face
+        }
+        Zeros::Corner(k) => {
+            let start = HalfEdge::new(here.face, k);
+            let around = |left: bool| {
+                let mut crossed = Vec::new();
+                let mut h = start;
+                while h.face() != face {
+                    let side = if left { h.prev() } else { h };
+                    let twin = surface.twin(side);
+                    if !twin.is_some() || (twin.face() == start.face() && !crossed.is_empty()) {
+                        return None;
+                    }
+                    crossed.push(side);
+                    h = if left { twin } else { twin.next() };
+                }
+                Some(crossed)
+            };
+            let ways = [around(true), around(false)];
+            let shorter = ways.into_iter().flatten().min_by_key(Vec::len);
+            shorter.map(|way| strip.extend(way)).is_some()
+        }
+    }
+}

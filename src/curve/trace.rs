@@ -1,0 +1,267 @@
+//! The polyline a scheme produces.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{Scheme, SplineT};
+use crate::geodesic::{GeodesicPath, inner::InnerPath};
+use crate::surface::{InnerPoint, Surface, SurfacePoint};
+
+/// What a segment's trace depends on: two equal keys have one trace, bit for bit.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SegmentKey {
+    /// First and last leg of the control polygon; both point away from their anchors.
+    pub(crate) legs: [GeodesicPath; 2],
+    pub(crate) scheme: Scheme,
+}
+
+/// The trace of one segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentTrace {
+    pub(crate) key: Option<SegmentKey>,
+    points: Vec<SurfacePoint>,
+    parameters: Vec<f64>,
+    paths: Vec<GeodesicPath>,
+    polyline: Vec<DVec3>,
+    /// Distance along the trace of each vertex of the polyline.
+    distances: Vec<f64>,
+    /// Where each path begins in the polyline, and one past the end.
+    begins: Vec<u32>,
+}
+
+impl SegmentTrace {
+    /// From the geodesics between consecutive points, and the points' parameters.
+    pub(crate) fn new(surface: &Surface, key: Option<SegmentKey>, legs: &[InnerPath], parameters: Vec<f64>) -> Self {
+        let mut out = Self {
+            key,
+            points: Vec::with_capacity(legs.len() + 1),
+            parameters,
+            paths: Vec::with_capacity(legs.len()),
+            polyline: Vec::new(),
+            distances: Vec::new(),
+            begins: Vec::with_capacity(legs.len() + 1),
+        };
+        let mut sum = 0.0;
+        let mut push = |out: &mut Self, p: DVec3| {
+            if let Some(last) = out.polyline.last() {
+                sum += last.distance(p);
+            }
+            out.polyline.push(p);
+            out.distances.push(sum);
+        };
+        let mut end: Option<InnerPoint> = None;
+        for leg in legs {
+            if end.is_none() {
+                push(&mut out, surface.inner_position(&leg.start));
+            }
+            out.points.push(surface.outer_point(&leg.start));
+            out.begins.push(out.polyline.len() as u32 - 1);
+            for i in 0..leg.strip.len() {
+                push(&mut out, leg.crossing_position(surface, i));
+            }
+            push(&mut out, surface.inner_position(&leg.end));
+            out.paths.push(leg.to_outer(surface));
+            end = Some(leg.end);
+        }
+        out.points.extend(end.map(|p| surface.outer_point(&p)));
+        out.begins.push(out.polyline.len().saturating_sub(1) as u32);
+        out
+    }
+
+    /// The scheme's points.
+    pub fn points(&self) -> &[SurfacePoint] {
+        &self.points
+    }
+
+    /// The local parameter of each point, growing from 0 to 1.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    /// The geodesics between consecutive points.
+    pub fn paths(&self) -> &[GeodesicPath] {
+        &self.paths
+    }
+
+    /// Points and crossings of sides, as positions in order.
+    pub fn polyline(&self) -> &[DVec3] {
+        &self.polyline
+    }
+
+    /// Length along the trace.
+    pub fn length(&self) -> f64 {
+        self.distances.last().copied().unwrap_or(0.0)
+    }
+
+    /// The path that a vertex of the polyline belongs to: the one that ends at or after it.
+    fn path_at(&self, vertex: usize) -> usize {
+        let after = self.begins.partition_point(|b| (*b as usize) < vertex.max(1));
+        (after - 1).min(self.paths.len().saturating_sub(1))
+    }
+
+    /// Local parameter and point at a distance along this segment.
+    fn at_distance(&self, surface: &Surface, distance: f64) -> Option<(f64, SurfacePoint)> {
+        let distance = distance.clamp(0.0, self.length());
+        let vertex = self.distances.partition_point(|d| *d < distance).min(self.distances.len() - 1);
+        let path = self.path_at(vertex);
+        let [from, to] = [path, path + 1].map(|i| self.distances[self.begins[i] as usize]);
+        let share = if to > from { ((distance - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
+        let [t0, t1] = [self.parameters[path], self.parameters[path + 1]];
+        Some((t0 + share * (t1 - t0), self.paths[path].at(surface, share).ok()?))
+    }
+}
+
+/// The trace of a spline: its segments' traces, shared with earlier traces where nothing changed.
+///
+/// It depends on surface and spline alone: the same bits whatever was traced before, and on however many threads.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    segments: Vec<Arc<SegmentTrace>>,
+    retraced: Vec<u32>,
+}
+
+/// Two traces are equal if their segments are; how they came about does not count.
+impl PartialEq for Trace {
+    fn eq(&self, other: &Self) -> bool {
+        self.segments == other.segments
+    }
+}
+
+/// The place on a trace that is nearest to a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestOnTrace {
+    /// Its parameter.
+    pub t: SplineT,
+    /// Its distance along the trace.
+    pub along: f64,
+    /// The place.
+    pub point: SurfacePoint,
+    /// Its position.
+    pub position: DVec3,
+    /// Its distance from the position asked about.
+    pub distance: f64,
+}
+
+impl Trace {
+    pub(crate) fn new(segments: Vec<Arc<SegmentTrace>>, retraced: Vec<u32>) -> Self {
+        Self { segments, retraced }
+    }
+
+    /// The traces of the segments, in order.
+    pub fn segments(&self) -> &[Arc<SegmentTrace>] {
+        &self.segments
+    }
+
+    /// The segments that were computed when this trace was made; the others are shared with the one before.
+    pub fn retraced(&self) -> &[u32] {
+        &self.retraced
+    }
+
+    /// Length along the trace, in local units.
+    pub fn length(&self) -> f64 {
+        self.segments.iter().map(|s| s.length()).sum()
+    }
+
+    /// Points and crossings of sides, as positions in order; points where segments meet appear once.
+    pub fn positions(&self) -> Vec<DVec3> {
+        let mut out: Vec<DVec3> = Vec::new();
+        for segment in &self.segments {
+            let skip = usize::from(!out.is_empty());
+            out.extend(segment.polyline.iter().skip(skip));
+        }
+        out
+    }
+
+    /// The polyline's point at a parameter, clamped to the trace; none for an empty trace, NaN or another surface.
+    ///
+    /// This is a place on the polyline, within its distance from the curve; [`Spline::evaluate`](super::Spline::evaluate)
+    /// gives the curve's own point.
+    pub fn point_at(&self, surface: &Surface, t: SplineT) -> Option<SurfacePoint> {
+        let (segment, local) = t.split(self.segments.len())?;
+        let trace = &self.segments[segment];
+        let last = trace.paths.len().checked_sub(1)?;
+        let i = trace.parameters.partition_point(|p| *p <= local).saturating_sub(1).min(last);
+        let [from, to] = [trace.parameters[i], trace.parameters[i + 1]];
+        let share = if to > from { (local - from) / (to - from) } else { 0.0 };
+        trace.paths[i].at(surface, share.clamp(0.0, 1.0)).ok()
+    }
+
+    /// The point at a distance along the trace, clamped to it; none for an empty trace, NaN or another surface.
+    pub fn at_distance(&self, surface: &Surface, distance: f64) -> Option<SurfacePoint> {
+        let (segment, rest) = self.segment_at(distance)?;
+        Some(self.segments[segment].at_distance(surface, rest)?.1)
+    }
+
+    fn segment_at(&self, distance: f64) -> Option<(usize, f64)> {
+        if distance.is_nan() {
+            return None;
+        }
+        let mut rest = distance.max(0.0);
+        for (i, segment) in self.segments.iter().enumerate() {
+            if rest <= segment.length() || i + 1 == self.segments.len() {
+                return Some((i, rest));
+            }
+            rest -= segment.length();
+        }
+        None
+    }
+
+    /// The place on the trace that is nearest to a position (straight through space); none for an empty trace, a position
+    /// that is not finite, or another surface.
+    ///
+    /// Cost: linear in the polyline.
+    pub fn nearest(&self, surface: &Surface, position: DVec3) -> Option<NearestOnTrace> {
+        if !position.is_finite() {
+            return None;
+        }
+        let (mut best, mut before) = (None, 0.0);
+        let mut least = f64::INFINITY;
+        for (i, segment) in self.segments.iter().enumerate() {
+            for (k, pair) in segment.polyline.windows(2).enumerate() {
+                let (a, along) = (pair[0], pair[1] - pair[0]);
+                let share = ((position - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                let distance = position.distance_squared(a + share * along);
+                if distance < least {
+                    least = distance;
+                    let [from, to] = [segment.distances[k], segment.distances[k + 1]];
+                    best = Some((i, before, from + share * (to - from)));
+                }
+            }
+            before += segment.length();
+        }
+        let (i, before, local) = best?;
+        let (t, point) = self.segments[i].at_distance(surface, local)?;
+        let found = surface.position(&point);
+        Some(NearestOnTrace {
+            t: SplineT(i as f64 + t),
+            along: before + local,
+            point,
+            position: found,
+            distance: found.distance(position),
+        })
+    }
+
+    /// Writes the polyline as an OBJ line, replacing the file only when all is written.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub fn write_obj(&self, path: impl AsRef<std::path::Path>) -> std::io::Result<()> {
+        use std::fmt::Write as _;
+        let mut text = String::new();
+        let positions = self.positions();
+        for p in &positions {
+            let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z); // writing to a string cannot fail
+        }
+        text.push('l');
+        for i in 1..=positions.len() {
+            let _ = write!(text, " {i}");
+        }
+        text.push('\n');
+        let path = path.as_ref();
+        let mut beside = path.as_os_str().to_owned();
+        beside.push(".part");
+        std::fs::write(&beside, text)?;
+        std::fs::rename(&beside, path)
+    }
+}
