@@ -71,7 +71,12 @@ pub(crate) fn opposite(
 }
 
 /// Moves an anchor along a path and carries its handles with it by parallel transport.
-pub(crate) fn carry(surface: &Surface, anchor: &Anchor, path: &GeodesicPath, to: SurfacePoint) -> Result<Anchor, PointError> {
+pub(crate) fn carry(
+    surface: &Surface,
+    anchor: &Anchor,
+    path: &GeodesicPath,
+    to: SurfacePoint,
+) -> Result<Anchor, PointError> {
     let inner = InnerPath::from_outer(surface, path)?;
     let carried = |handle: &Handle| -> Result<Handle, PointError> {
         let heading = transport(surface, &inner, &surface.inner_tangent(&handle.heading)?);

@@ -52,13 +52,7 @@ struct Made {
 }
 
 /// Makes point `i` of the next level; `legs[0]` is leg `offset` of this one.
-fn make(
-    averager: &mut Averager<'_>,
-    n: usize,
-    i: usize,
-    legs: &[InnerPath],
-    offset: usize,
-) -> Result<Made, PathError> {
+fn make(averager: &mut Averager<'_>, n: usize, i: usize, legs: &[InnerPath], offset: usize) -> Result<Made, PathError> {
     let stencil = stencil(n, i);
     let (point, across) = match stencil {
         Stencil::First => (legs[0].start, None),
@@ -163,17 +157,18 @@ pub(crate) fn evaluate(averager: &mut Averager<'_>, legs: Legs, t: f64) -> Resul
 }
 
 /// The Bézier polygon of interval `i` of `n` ≥ 4 by its blossom; exact in the plane.
-fn bezier_of_interval(
-    averager: &mut Averager<'_>,
-    [l0, l1, l2]: &Legs,
-    n: usize,
-    i: usize,
-) -> Result<Legs, PathError> {
+fn bezier_of_interval(averager: &mut Averager<'_>, [l0, l1, l2]: &Legs, n: usize, i: usize) -> Result<Legs, PathError> {
     const THIRD: f64 = 1.0 / 3.0;
     let surface = averager.surface;
     let (first, last) = (i == 0, i + 1 == n);
     // Shares of the middle leg at which the inner control points lie.
-    let (from, to) = if first { (0.0, 0.5) } else if last { (0.5, 1.0) } else { (THIRD, 2.0 * THIRD) };
+    let (from, to) = if first {
+        (0.0, 0.5)
+    } else if last {
+        (0.5, 1.0)
+    } else {
+        (THIRD, 2.0 * THIRD)
+    };
     let middle = l1.piece(surface, from, to);
     let left = if first {
         l0.clone()
@@ -222,9 +217,7 @@ mod tests {
                 let a = (u - knots[i]) / (knots[i + 3] - knots[i]);
                 points[i] = (1.0 - a) * old[i - 1] + a * old[i];
             }
-            for i in span + 1..points.len() {
-                points[i] = old[i - 1];
-            }
+            points[span + 1..].copy_from_slice(&old[span..]);
             knots.insert(span + 1, u);
         }
         points

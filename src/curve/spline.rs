@@ -166,11 +166,7 @@ impl Spline {
     ///
     /// # Errors
     /// [`SplineError`] if points do not belong to the surface or cannot be joined.
-    pub fn bezier(
-        surface: &Surface,
-        finder: &mut PathFinder,
-        polygon: [SurfacePoint; 4],
-    ) -> Result<Self, SplineError> {
+    pub fn bezier(surface: &Surface, finder: &mut PathFinder, polygon: [SurfacePoint; 4]) -> Result<Self, SplineError> {
         let [start, h0, h1, end] = polygon;
         let mut first = handles::bare_anchor(surface, start)?;
         let mut last = handles::bare_anchor(surface, end)?;

@@ -96,13 +96,19 @@ fn plane_equals_the_euclidean_curve() {
 const S1: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 1.0, 1.0]];
 const S2: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.2, 1.0, 0.6], [0.0, 0.5, 1.0]];
 
+/// Turns the figures away from the icosphere's mirror planes, in which rows of vertices push paths aside by a part of an
+/// edge.
+fn tilted(p: [f64; 3]) -> DVec3 {
+    glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.7, 0.4, 1.1) * DVec3::from(p).normalize()
+}
+
 /// Distances of evaluated points from the values of the smooth sphere, for icospheres of two levels.
 fn sphere_errors(polygon: [[f64; 3]; 4], scheme: Scheme, t: f64, expected: [f64; 3]) -> [f64; 2] {
     [4, 6].map(|level| {
         let surface = built(&shapes::icosphere(level));
-        let points = polygon.map(|p| at(&surface, DVec3::from(p).normalize()));
+        let points = polygon.map(|p| at(&surface, tilted(p)));
         let found = Tracer::new(&surface).evaluate(&points, &scheme, t).unwrap();
-        surface.position(&found).normalize().distance(DVec3::from(expected))
+        surface.position(&found).normalize().distance(tilted(expected))
     })
 }
 
@@ -119,7 +125,7 @@ fn sphere_approaches_the_smooth_figures() {
         (S1, olr, 0.5, [0.129_523_255_9, 0.732_037_212_0, 0.668_838_729_8]),
     ] {
         let [coarse, fine] = sphere_errors(polygon, scheme, t, expected);
-        assert!(coarse < 4e-3 && fine < 4e-4, "{scheme:?} {t}: {coarse} {fine}");
+        assert!(coarse < 3e-3 && fine < 2e-4, "{scheme:?} {t}: {coarse} {fine}");
     }
 }
 
@@ -127,7 +133,7 @@ fn sphere_approaches_the_smooth_figures() {
 fn sphere_lengths() {
     let surface = built(&shapes::icosphere(6));
     for (polygon, expected) in [(S2, 1.806_006_906), (S1, 2.507_708_565)] {
-        let points = polygon.map(|p| at(&surface, DVec3::from(p).normalize()));
+        let points = polygon.map(|p| at(&surface, tilted(p)));
         let length = Tracer::new(&surface).trace(&points, &Scheme::lane_riesenfeld()).unwrap().length();
         assert!((length - expected).abs() < 1e-3, "{length} for {expected}");
     }
@@ -187,7 +193,9 @@ fn degenerate_polygons_are_traced() {
     let mut tracer = Tracer::new(&surface);
     let [a, b, c] = [DVec3::X, DVec3::new(1.0, 0.5, 0.2), DVec3::new(0.7, 0.3, 0.6)].map(|p| at(&surface, p));
     let vertex = at(&surface, surface.positions[7]);
-    for polygon in [[a; 4], [a, a, b, b], [a, b, c, a], [a, c, a, c], [a, b, b, a], [vertex, vertex, b, vertex], [vertex; 4]] {
+    for polygon in
+        [[a; 4], [a, a, b, b], [a, b, c, a], [a, c, a, c], [a, b, b, a], [vertex, vertex, b, vertex], [vertex; 4]]
+    {
         for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld(), Scheme::de_casteljau().with_levels(0)] {
             let trace = tracer.trace(&polygon, &scheme).unwrap();
             assert!(trace.length().is_finite());
@@ -234,7 +242,10 @@ fn smooth_through_is_catmull_rom_in_the_plane() {
             assert!(into.distance(points[i] - m * d0 / 3.0) < 1e-12);
         }
     }
-    assert!(surface.position(&spline.anchors()[0].outgoing().point()).distance(points[0].lerp(points[1], 1.0 / 3.0)) < 1e-12);
+    assert!(
+        surface.position(&spline.anchors()[0].outgoing().point()).distance(points[0].lerp(points[1], 1.0 / 3.0))
+            < 1e-12
+    );
 }
 
 #[test]
@@ -273,7 +284,9 @@ fn smooth_joins_stay_smooth_under_edits() {
             1 => SplineEdit::MoveHandle { anchor, side: HandleSide::Incoming, to },
             _ => SplineEdit::MoveHandle { anchor, side: HandleSide::Outgoing, to },
         };
-        let lengths = |s: &Spline| s.anchors().iter().map(|a| [a.incoming().wished_length(), a.outgoing().wished_length()]).collect::<Vec<_>>();
+        let lengths = |s: &Spline| {
+            s.anchors().iter().map(|a| [a.incoming().wished_length(), a.outgoing().wished_length()]).collect::<Vec<_>>()
+        };
         let before = lengths(&spline);
         spline.apply(&surface, &mut finder, &edit).unwrap();
         let after = lengths(&spline);
@@ -315,7 +328,8 @@ fn joins_move_handles_as_they_ask() {
 fn clipped_handles_get_their_length_back() {
     let surface = built(&jittered_square(9));
     let mut finder = PathFinder::new();
-    let mut spline = spline_on(&surface, &[(0.2, 0.5), (0.5, 0.5), (0.8, 0.6)].map(|(x, y)| DVec3::new(x, y, 0.0)), false);
+    let mut spline =
+        spline_on(&surface, &[(0.2, 0.5), (0.5, 0.5), (0.8, 0.6)].map(|(x, y)| DVec3::new(x, y, 0.0)), false);
     let length = spline.anchors()[1].outgoing().wished_length();
     let move_to = |spline: &mut Spline, finder: &mut PathFinder, x: f64| {
         let to = at(&surface, DVec3::new(x, 0.5, 0.0));
@@ -383,10 +397,12 @@ fn only_what_changed_is_traced_again() {
     let surface = built(&shapes::icosphere(4));
     let mut workspace = TraceWorkspace::default();
     let mut random = Random(4);
-    let points: Vec<_> = (0..8).map(|i| {
-        let a = f64::from(i) / 8.0 * std::f64::consts::TAU;
-        DVec3::new(a.cos(), a.sin(), 0.4 * (3.0 * a).sin())
-    }).collect();
+    let points: Vec<_> = (0..8)
+        .map(|i| {
+            let a = f64::from(i) / 8.0 * std::f64::consts::TAU;
+            DVec3::new(a.cos(), a.sin(), 0.4 * (3.0 * a).sin())
+        })
+        .collect();
     let mut spline = spline_on(&surface, &points, true);
     let mut trace = spline.trace(&surface, &mut workspace, None).unwrap();
     assert_eq!(trace.retraced().len(), 8);

@@ -119,7 +119,7 @@ impl PathFinder {
         surface: &Surface,
         start: &InnerPoint,
         end: &InnerPoint,
-        strip: &mut Vec<HalfEdge>,
+        strip: &mut [HalfEdge],
         out: &mut InnerPath,
     ) {
         self.straightener.run(surface, *start, *end, strip, out);

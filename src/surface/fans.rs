@@ -40,12 +40,11 @@ pub(crate) fn split(
     const UNSEEN: u32 = u32::MAX;
     let mut out = Fans { triangles: vec![[UNSEEN; 3]; triangles.len()], welded: Vec::new(), outgoing: Vec::new() };
     let mut fans_of = vec![0_u32; welded_count];
-    for face in 0..triangles.len() {
-        for corner in 0..3 {
+    for (face, corners) in triangles.iter().enumerate() {
+        for (corner, &welded) in corners.iter().enumerate() {
             if out.triangles[face][corner] != UNSEEN {
                 continue;
             }
-            let welded = triangles[face][corner];
             let start = HalfEdge::new(face as u32, corner as u32);
             // Turn clockwise to the boundary, or once around. Sides are linked in pairs, so turning is a permutation of
             // corners and comes back to its start.

@@ -101,12 +101,6 @@ impl SurfacePoint {
     pub(crate) fn same_bits(&self, other: &Self) -> bool {
         self.face == other.face && self.weights.map(f64::to_bits) == other.weights.map(f64::to_bits)
     }
-
-    /// A total order on spellings, used to orient symmetric queries.
-    pub(crate) fn spelling_order(&self, other: &Self) -> std::cmp::Ordering {
-        let by = |i: usize| self.weights[i].total_cmp(&other.weights[i]);
-        self.face.cmp(&other.face).then_with(|| by(1)).then_with(|| by(2)).then_with(|| by(0))
-    }
 }
 
 #[cfg(test)]

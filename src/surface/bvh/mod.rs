@@ -420,7 +420,7 @@ mod tests {
             }
         }
         for (positions, triangles) in &meshes {
-            let mut bvh = Bvh::build(positions, triangles);
+            let bvh = Bvh::build(positions, triangles);
             for round in 0..2 {
                 for (x, y) in odd.iter().flat_map(|x| odd.map(|y| (*x, y))) {
                     let (p, d) = (DVec3::new(x, y, 0.3), DVec3::new(y, x, x));
