@@ -28,4 +28,4 @@ mod strip;
 mod text;
 
 pub use error::{Cause, FormatError, Place};
-pub use read::{MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};
+pub use read::{LoadError, MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};

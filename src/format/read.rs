@@ -160,6 +160,28 @@ pub(super) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+impl crate::surface::Surface {
+    /// Reads a mesh file and builds a surface from it with default options; [`report`](Self::report) says what was found
+    /// and repaired.
+    ///
+    /// # Errors
+    /// [`LoadError`]: the file cannot be read, or its faces make no surface.
+    pub fn from_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Ok(Self::build(&read_mesh(path)?, &crate::surface::SurfaceOptions::default())?)
+    }
+}
+
+/// Why a file did not become a surface.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// Its faces make no surface.
+    #[error(transparent)]
+    Surface(#[from] crate::surface::SurfaceError),
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use bevy_surface_splines::format::{FormatError, MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};
-use bevy_surface_splines::surface::TriangleMesh;
+use bevy_surface_splines::surface::{Surface, SurfaceOptions, TriangleMesh};
 use glam::DVec3;
 
 /// Names the file that a child process is to take, and what it is to do with it.
@@ -26,10 +26,13 @@ enum Task {
 }
 
 /// Reads a file and builds a surface of it; gives what came of it, or place and cause parted by a tab.
-///
-/// MERGE: add `Surface::build` here, once there is one, and give its error as `"surface\t<error>"`.
 fn load(path: &Path) -> Result<String, String> {
-    read(path).map(|mesh| described(&mesh))
+    let mesh = read(path)?;
+    let surface = Surface::build(&mesh, &SurfaceOptions::default()).map_err(|error| format!("surface\t{error}"))?;
+    // No NaN out: every vertex of the surface has a position, every corner an angle.
+    let (min, max) = surface.bounds();
+    assert!(min.is_finite() && max.is_finite() && surface.report().smallest_angle.is_finite());
+    Ok(format!("{}; {}", described(&mesh), surface.report()))
 }
 
 /// Reads a file; an error is place and cause parted by a tab.
