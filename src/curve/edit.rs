@@ -73,9 +73,9 @@ pub enum SplineEdit {
     /// Changes how the spline is traced.
     SetScheme(Scheme),
     /// Replaces everything.
-    Replace(Box<Spline>),
+    Replace(Spline),
     /// Puts back what another edit changed, bit for bit: the inverses are of this kind.
-    Restore(Box<SplinePatch>),
+    Restore(SplinePatch),
 }
 
 /// What turns one version of a spline into another: a range of anchors and the two settings.
@@ -158,13 +158,13 @@ impl Spline {
             SplineEdit::SetScheme(scheme) => next.scheme = *scheme,
             SplineEdit::Replace(spline) => {
                 spline.check(surface)?;
-                next = (**spline).clone();
+                next = spline.clone();
             }
             SplineEdit::Restore(patch) => next.restore(patch)?,
         }
         let inverse = SplinePatch::between(&next, self);
         *self = next;
-        Ok(SplineEdit::Restore(Box::new(inverse)))
+        Ok(SplineEdit::Restore(inverse))
     }
 
     fn index(&self, anchor: u32) -> Result<usize, EditError> {
