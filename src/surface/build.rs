@@ -59,7 +59,7 @@ pub(crate) fn build(
     report.duplicate_faces = sifted.duplicates;
     report.sheets = orientation.sheets;
     report.orientable = orientation.cuts == 0;
-    report.consistently_oriented = orientation.consistent;
+    report.consistently_oriented = orientation.consistent && report.nonmanifold_edges == 0;
     report.orientation_cuts = orientation.cuts;
     report.flipped_faces = orientation.flip.iter().filter(|f| **f).count();
     report.boundary_loops = fans::boundary_loops(&twins);

@@ -56,7 +56,7 @@ pub struct SurfaceReport {
     pub split_vertices: usize,
     /// Whether the faces could be turned so that neighbours agree.
     pub orientable: bool,
-    /// Whether neighbours agreed as given.
+    /// Whether neighbours agreed as given, everywhere: at an edge with three faces they cannot.
     pub consistently_oriented: bool,
     /// Faces turned over so that neighbours agree.
     pub flipped_faces: usize,

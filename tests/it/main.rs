@@ -1,4 +1,6 @@
 //! Tests that use several parts at once, in one binary.
 
 #[cfg(feature = "formats")]
+mod corpus;
+#[cfg(feature = "formats")]
 mod formats;
