@@ -43,11 +43,12 @@ impl SegmentTrace {
             begins: Vec::with_capacity(legs.len() + 1),
         };
         let mut sum = 0.0;
+        let mut last = None;
         let mut push = |out: &mut Self, p: DVec3| {
-            if let Some(last) = out.polyline.last() {
-                sum += last.distance(p);
-            }
-            out.polyline.push(p);
+            sum += last.map_or(0.0, |last: DVec3| last.distance(p));
+            // Lengths are measured before the origin is added: far away it would swallow their digits.
+            last = Some(p);
+            out.polyline.push(surface.origin + p);
             out.distances.push(sum);
         };
         let mut end: Option<InnerPoint> = None;

@@ -208,6 +208,26 @@ impl Funnel {
     }
 }
 
+/// Vertices that the string runs straight through: found where crossings lie at a vertex and the string does not bend.
+pub(crate) fn straight_through(surface: &Surface, strip: &[HalfEdge], at: &[f64], bends: &mut Vec<Bend>) {
+    bends.clear();
+    let vertex = |i: usize| match at[i] {
+        0.0 => Some((surface.origin(strip[i]), false)),
+        1.0 => Some((surface.target(strip[i]), true)),
+        _ => None,
+    };
+    let mut i = 0;
+    while i < strip.len() {
+        let first = i;
+        i += 1;
+        let Some((vertex_here, left)) = vertex(first) else { continue };
+        while i < strip.len() && vertex(i) == Some((vertex_here, left)) {
+            i += 1;
+        }
+        bends.push(Bend { vertex: vertex_here, first, last: i - 1, turn: 0.0, left });
+    }
+}
+
 /// A point of the face of `h` in the plane, given where origin and target of `h` and the third corner lie.
 fn spell(p: &InnerPoint, h: HalfEdge, corners: [DVec2; 3]) -> DVec2 {
     p.weights[h.side()] * corners[0] + p.weights[h.next().side()] * corners[1] + p.weights[h.prev().side()] * corners[2]

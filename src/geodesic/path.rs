@@ -86,7 +86,7 @@ impl GeodesicPath {
         let Ok(inner) = InnerPath::from_outer(surface, self) else { return Vec::new() };
         let crossings = (0..inner.strip.len()).map(|i| inner.crossing_position(surface, i));
         let ends = [&inner.start, &inner.end].map(|p| surface.inner_position(p));
-        std::iter::once(ends[0]).chain(crossings).chain([ends[1]]).collect()
+        std::iter::once(ends[0]).chain(crossings).chain([ends[1]]).map(|p| surface.origin + p).collect()
     }
 
     /// The point at a share of the length, 0 at the start and 1 at the end.

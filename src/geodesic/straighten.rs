@@ -6,7 +6,7 @@
 //! about a star for the test.
 
 use super::{
-    funnel::{Bend, Funnel},
+    funnel::{Bend, Funnel, straight_through},
     inner::{InnerPath, reverse_strip},
 };
 use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
@@ -15,6 +15,9 @@ use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
 const STRAIGHT: f64 = 1e-9;
 /// A strip counts as shorter only if it is shorter by this share: below it rounding decides.
 const SHORTER: f64 = 1.0 - 1e-13;
+
+/// How often a straightened path may be moved off vertices it runs straight through; each time it gets shorter.
+const MAX_ROUNDS: usize = 1000;
 
 /// Scratch memory of straightening; linear in the longest strip seen.
 #[derive(Debug, Default)]
@@ -25,6 +28,7 @@ pub(crate) struct Straightener {
     next: Vec<HalfEdge>,
     best: Vec<HalfEdge>,
     fan: Vec<HalfEdge>,
+    straight_through: Vec<Bend>,
     /// Sweeps and flips since the beginning, for statistics.
     pub(crate) sweeps: u64,
     pub(crate) flips: u64,
@@ -51,16 +55,59 @@ impl Straightener {
         for &h in strip.iter() {
             push(surface, &mut self.strip, h);
         }
-        let frozen = self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
-        self.funnel.pull(surface, &start, &end, &self.strip, &mut self.bends);
-        (out.start, out.end, out.frozen) = (start, end, frozen);
+        out.frozen = true;
+        for _ in 0..MAX_ROUNDS {
+            let met_bound = self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
+            self.funnel.pull(surface, &start, &end, &self.strip, &mut self.bends);
+            self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
+            if met_bound || !self.leave_straight_through(surface, &start, &end, &out.at) {
+                out.frozen = met_bound;
+                break;
+            }
+        }
+        (out.start, out.end) = (start, end);
         out.strip.clear();
         out.strip.extend_from_slice(&self.strip);
-        self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
         out.measure(surface);
         if backwards {
             out.reverse(surface);
         }
+    }
+
+    /// A string that runs straight through a vertex of positive curvature does not bend there, and yet there is a shorter
+    /// way on the other side. Passes the first such vertex where that holds; says whether there was one.
+    fn leave_straight_through(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint, at: &[f64]) -> bool {
+        let length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        let mut candidates = std::mem::take(&mut self.straight_through);
+        straight_through(surface, &self.strip, at, &mut candidates);
+        let mut found = false;
+        for bend in &candidates {
+            let bent = |b: &Bend| b.vertex == bend.vertex && b.first <= bend.last && bend.first <= b.last;
+            if surface.curvature(bend.vertex) <= STRAIGHT
+                || self.bends.iter().any(bent)
+                || !other_side(surface, &self.strip, bend, &mut self.fan)
+            {
+                continue;
+            }
+            self.splice(surface, bend);
+            if self.funnel.pull(surface, start, end, &self.strip, &mut self.bends) < length * SHORTER {
+                found = true;
+                break;
+            }
+            std::mem::swap(&mut self.strip, &mut self.next);
+            self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        }
+        self.straight_through = candidates;
+        found
+    }
+
+    /// Replaces the bend's run of sides by those in `fan`; the strip as it was is then in `next`.
+    fn splice(&mut self, surface: &Surface, bend: &Bend) {
+        self.next.clear();
+        for &h in self.strip[..bend.first].iter().chain(&self.fan).chain(&self.strip[bend.last + 1..]) {
+            push(surface, &mut self.next, h);
+        }
+        std::mem::swap(&mut self.strip, &mut self.next);
     }
 
     /// Sweeps until no vertex can be passed with gain; says whether the bound was met instead.
@@ -143,11 +190,7 @@ impl Straightener {
                 refused.push(bend.vertex);
                 continue;
             }
-            self.next.clear();
-            for &h in self.strip[..bend.first].iter().chain(&self.fan).chain(&self.strip[bend.last + 1..]) {
-                push(surface, &mut self.next, h);
-            }
-            std::mem::swap(&mut self.strip, &mut self.next);
+            self.splice(surface, &bend);
             let shorter = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
             if shorter < length * SHORTER {
                 length = shorter;

@@ -47,7 +47,8 @@ pub(crate) fn build(
     let (triangles, twins) = reorder(&sifted.triangles, &links.twins, &orientation.flip, &order);
     progress.step(700)?;
     let fans = number_by_input(fans::split(&triangles, &twins, welded.positions.len(), options)?, &order);
-    let positions: Vec<DVec3> = fans.welded.iter().map(|w| welded.positions[*w as usize]).collect();
+    let origin = origin_of(min, max);
+    let positions: Vec<DVec3> = fans.welded.iter().map(|w| welded.positions[*w as usize] - origin).collect();
     progress.step(800)?;
 
     report.input_vertices = mesh.positions.len();
@@ -85,6 +86,7 @@ pub(crate) fn build(
         triangles: fans.triangles,
         outgoing: fans.outgoing,
         positions,
+        origin,
         twins,
         sheet,
         inner_of,
@@ -113,6 +115,14 @@ fn check_indices(mesh: &TriangleMesh) -> Result<(), SurfaceError> {
         }
     }
     Ok(())
+}
+
+/// Where inner coordinates begin. Differences of neighbouring positions are exact, but points between them are not: a model a
+/// million of its sizes away would lose seven digits of every length.
+fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
+    const FAR: f64 = 16.0;
+    let center = 0.5 * (min + max);
+    if center.abs().max_element() > FAR * (max - min).length() { center } else { DVec3::ZERO }
 }
 
 fn bounds(triangles: &[[u32; 3]], positions: &[DVec3]) -> (DVec3, DVec3) {

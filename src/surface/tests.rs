@@ -251,3 +251,25 @@ fn rays_and_nearest_points_speak_input_faces() {
     assert!(near.position.distance(hit.position) < 0.1);
     assert!(surface.closest_point(DVec3::NAN).is_none());
 }
+
+#[test]
+fn far_away_nothing_is_lost() {
+    let near = shapes::icosphere(3);
+    let far = DVec3::new(1e6, -2e6, 3e6);
+    let mut mesh = near.clone();
+    // Rounded to what is left of the digits out there, so that both meshes have the same shape.
+    mesh.positions.iter_mut().for_each(|p| *p = (*p + far) - far);
+    let here = built(&mesh);
+    mesh.positions.iter_mut().for_each(|p| *p += far);
+    let there = built(&mesh);
+    for i in 0..20 {
+        let [p, q] = [i * 31 % 1280, i * 57 % 1280].map(|f| there.point(FaceId(f), [0.2, 0.3, 0.5]).unwrap());
+        let lengths = [&here, &there].map(|s| s.shortest_path(&p, &q).unwrap().length());
+        assert!((lengths[0] - lengths[1]).abs() < 1e-12, "{lengths:?}");
+        let position = there.position(&p);
+        assert!(there.closest_point(position).unwrap().distance < 1e-9);
+        assert!((position - far - here.position(&p)).length() < 1e-9);
+    }
+    assert_eq!(there.corners(FaceId(5)).unwrap(), mesh.faces[5].map(|v| mesh.positions[v as usize]));
+    assert!(there.ray(far + DVec3::X * 5.0, -DVec3::X).is_some());
+}
