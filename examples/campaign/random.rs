@@ -1,6 +1,6 @@
 //! Random numbers and random control polygons.
 
-use bevy_surface_splines::surface::{Surface, SurfacePoint};
+use bevy_surface_splines::surface::{FaceId, Surface, SurfacePoint};
 use glam::DVec3;
 
 /// SplitMix64 (Steele, Lea and Flood 2014): small, seeded, the same everywhere.
@@ -45,12 +45,36 @@ const VIEWS: [DVec3; 6] = [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_X, DVec3
 
 /// Four points of one sheet seen from one side (Mancinelli, Nazzaro, Pellacini and Puppo, "b/Surf", sec. 6.1): parallel rays
 /// along −z through random places of the bounding rectangle, the first hit each, drawn again until all four lie on one
-/// sheet. Where that never happens, from the other sides; none if that fails too.
+/// sheet. Where that never happens, from the other sides; where no side shows enough (thin things askew in their bounding
+/// box), random places of random faces of one sheet. None if a surface has no face at all.
 ///
 /// Polygons of many small sheets are rare to hit: after some draws the sheet of the first point is held and only the
 /// others are drawn again.
 pub(crate) fn polygon(surface: &Surface, random: &mut SplitMix64) -> Option<[SurfacePoint; 4]> {
-    VIEWS.into_iter().find_map(|view| polygon_from(surface, random, view))
+    VIEWS
+        .into_iter()
+        .find_map(|view| polygon_from(surface, random, view))
+        .or_else(|| polygon_of_random_faces(surface, random))
+}
+
+/// Draws of a face before a polygon is given up.
+const FACE_DRAWS: usize = 100_000;
+
+fn polygon_of_random_faces(surface: &Surface, random: &mut SplitMix64) -> Option<[SurfacePoint; 4]> {
+    let mut points: Vec<SurfacePoint> = Vec::new();
+    for _ in 0..FACE_DRAWS {
+        let face = FaceId((random.next() % surface.face_count().max(1) as u64) as u32);
+        let (a, b) = (random.unit(), random.unit());
+        let (u, v) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+        let Ok(point) = surface.point(face, [1.0 - u - v, u, v]) else { continue };
+        if points.first().is_none_or(|first| surface.sheet(first.face) == surface.sheet(face)) {
+            points.push(point);
+        }
+        if let Ok(polygon) = <[SurfacePoint; 4]>::try_from(points.as_slice()) {
+            return Some(polygon);
+        }
+    }
+    None
 }
 
 fn polygon_from(surface: &Surface, random: &mut SplitMix64, view: DVec3) -> Option<[SurfacePoint; 4]> {
@@ -114,6 +138,15 @@ mod tests {
         assert_ne!(items[..10], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
         items.sort_unstable();
         assert!(items.into_iter().eq(0..100));
+    }
+
+    #[test]
+    fn a_thin_rod_askew_still_gets_polygons() {
+        let mut rod = shapes::cylinder(5, 3, 1.0);
+        let askew = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.7, 0.6, 0.5);
+        rod.positions.iter_mut().for_each(|p| *p = askew * (*p * DVec3::new(1e-6, 1e-6, 1.0)));
+        let surface = Surface::build(&rod, &SurfaceOptions::default()).unwrap();
+        assert!(polygon(&surface, &mut SplitMix64::new(9)).is_some());
     }
 
     #[test]
