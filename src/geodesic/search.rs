@@ -11,6 +11,12 @@ use crate::surface::{HalfEdge, InnerPoint, Surface, metric};
 /// A new label must beat the old one by this factor, or rounding makes endless improvements.
 const BETTER: f64 = 1.0 - 1e-6;
 
+/// The search gives up after this many labels a side of the surface; sound meshes need less than one.
+const MAX_LABELS_A_SIDE: usize = 64;
+
+/// A side longer than this many mean edges is long.
+const LONG: f64 = 4.0;
+
 /// What is known about reaching a side, seen in the side's frame: origin at (0, 0), target at (length, 0), the face that is
 /// left above, travel downwards; left is the target's side.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +47,7 @@ pub(crate) struct Search {
     best: Vec<Best>,
     epoch: u32,
     heap: Heap,
+    mean_edge: f64,
     targets: Vec<InnerPoint>,
 }
 
@@ -66,7 +73,9 @@ impl Search {
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
         self.begin(surface);
-        let slack = surface.slack[surface.sheet[from.face as usize] as usize];
+        let sheet = surface.sheet[from.face as usize] as usize;
+        let slack = surface.slack[sheet];
+        self.mean_edge = surface.mean_edge[sheet];
         let length = |h: HalfEdge| surface.length(h) + slack;
         let goal = surface.inner_position(to);
         self.targets.clear();
@@ -78,7 +87,7 @@ impl Search {
         surface.for_each_spelling(from, |p| note(p.face));
         // Labels know their distance at the middle of a side only; going on for half a face past the first arrival
         // catches the strips that were undervalued by that.
-        let patience = 0.5 * longest;
+        let patience = 0.5 * longest.min(LONG * self.mean_edge);
         surface.for_each_spelling(from, |start| self.seed(surface, &start, slack, goal));
 
         let (mut arrived, mut last, mut end) = (f64::INFINITY, NO_PARENT, *to);
@@ -89,6 +98,12 @@ impl Search {
             let label = self.pool[index as usize];
             if self.best[label.side.index()].label != index {
                 continue; // a better label took its place while it waited
+            }
+            if priority >= arrived && label.lower_bound(surface, slack, goal) >= arrived {
+                continue; // no path through this side can be shorter, however the middle misleads
+            }
+            if self.pool.len() > MAX_LABELS_A_SIDE * self.best.len() {
+                break;
             }
             let twin = surface.twin(label.side);
             let width = length(label.side);
@@ -110,7 +125,7 @@ impl Search {
             }
         }
         if last == NO_PARENT {
-            return None;
+            return self.flood(surface, from, strip);
         }
         strip.clear();
         let mut at = last;
@@ -127,6 +142,36 @@ impl Search {
             }
         });
         Some(Found { start, end })
+    }
+
+    /// The strip of fewest faces, for when the search ran out of labels: it always exists on a sheet.
+    fn flood(&self, surface: &Surface, from: &InnerPoint, strip: &mut Vec<HalfEdge>) -> Option<Found> {
+        let mut came_by = vec![HalfEdge::NONE; surface.triangles.len()];
+        let mut queue = vec![from.face];
+        let mut head = 0;
+        while let Some(&face) = queue.get(head) {
+            head += 1;
+            if let Some(&end) = self.targets.iter().find(|t| t.face == face) {
+                strip.clear();
+                let mut at = face;
+                while at != from.face {
+                    let side = came_by[at as usize];
+                    strip.push(side);
+                    at = side.face();
+                }
+                strip.reverse();
+                return Some(Found { start: *from, end });
+            }
+            for k in 0..3 {
+                let side = HalfEdge::new(face, k);
+                let twin = surface.twin(side);
+                if twin.is_some() && twin.face() != from.face && !came_by[twin.face() as usize].is_some() {
+                    came_by[twin.face() as usize] = side;
+                    queue.push(twin.face());
+                }
+            }
+        }
+        None
     }
 
     fn begin(&mut self, surface: &Surface) {
@@ -175,14 +220,29 @@ impl Search {
         }
         let [a, b] = [surface.origin(label.side), surface.target(label.side)];
         let middle = 0.5 * (surface.positions[a as usize] + surface.positions[b as usize]);
+        let mut priority = label.to_middle + middle.distance(goal);
+        // The middle of a side far longer than most says little about a path that crosses near its end.
+        if surface.length(label.side) > LONG * self.mean_edge {
+            priority = priority.min(label.lower_bound(surface, 0.0, goal) + 0.5 * LONG * self.mean_edge);
+        }
         let index = self.pool.len() as u32;
         self.best[label.side.index()] = Best { epoch: self.epoch, label: index };
-        self.heap.push(label.to_middle + middle.distance(goal), index);
+        self.heap.push(priority, index);
         self.pool.push(label);
     }
 }
 
 impl Label {
+    /// No path that this label stands for is shorter: up to the nearest place on the side, and on through space.
+    fn lower_bound(&self, surface: &Surface, slack: f64, goal: DVec3) -> f64 {
+        let width = surface.length(self.side) + slack;
+        let foot = DVec2::new(self.source.x.clamp(0.0, width), 0.0);
+        let [a, b] = [surface.origin(self.side), surface.target(self.side)].map(|v| surface.positions[v as usize]);
+        let along = b - a;
+        let share = ((goal - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        self.to_source + self.source.distance(foot) + goal.distance(a + share * along)
+    }
+
     /// Distance from the pseudo-source to `x` behind the side, bending at an end of the wedge where `x` lies outside.
     fn distance_through(&self, x: DVec2) -> f64 {
         if turn(self.source, self.left, x) > 0.0 {
@@ -306,6 +366,20 @@ impl Heap {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn flooding_finds_a_strip() {
+        use crate::surface::{SurfaceOptions, shapes};
+        let surface = Surface::build(&shapes::torus(2.0, 1.0, 12, 8), &SurfaceOptions::default()).unwrap();
+        let at = |face| InnerPoint { face, weights: [0.2, 0.3, 0.5] };
+        let mut search = Search::default();
+        search.targets.push(at(150));
+        let mut strip = Vec::new();
+        let found = search.flood(&surface, &at(3), &mut strip).unwrap();
+        assert_eq!((found.start, found.end, strip[0].face()), (at(3), at(150), 3));
+        assert!(strip.windows(2).all(|w| surface.twin(w[0]).face() == w[1].face()));
+        assert_eq!(surface.twin(strip[strip.len() - 1]).face(), 150);
+    }
 
     #[test]
     fn heap_sorts() {

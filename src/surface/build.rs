@@ -83,6 +83,7 @@ pub(crate) fn build(
         angle: vec![0.0; positions.len()],
         boundary: vec![false; positions.len()],
         slack: Vec::new(),
+        mean_edge: Vec::new(),
         triangles: fans.triangles,
         outgoing: fans.outgoing,
         positions,
@@ -231,7 +232,8 @@ fn number_by_input(mut fans: fans::Fans, order: &[u32]) -> fans::Fans {
 
 /// Fills in lengths, angles, boundary marks and the slack of each sheet.
 fn measure(surface: &mut Surface, sheets: usize) {
-    let Surface { triangles, twins, positions, lengths, angle, boundary, slack, sheet, report, .. } = surface;
+    let Surface { triangles, twins, positions, lengths, angle, boundary, slack, mean_edge, sheet, report, .. } =
+        surface;
     lengths.reserve_exact(triangles.len());
     let mut sums = vec![(0.0_f64, 0_usize); sheets];
     let (mut shortest, mut longest, mut smallest) = (f64::INFINITY, 0.0_f64, f64::INFINITY);
@@ -257,10 +259,11 @@ fn measure(surface: &mut Surface, sheets: usize) {
         let sum = &mut sums[sheet[face] as usize];
         *sum = (sum.0 + l[0] + l[1] + l[2], sum.1 + 3);
     }
+    mean_edge.extend(sums.iter().map(|(sum, count)| sum / (*count).max(1) as f64));
     slack.resize(sheets, 0.0);
     for (face, l) in lengths.iter().enumerate() {
         let s = sheet[face] as usize;
-        let least = MOLLIFICATION * sums[s].0 / sums[s].1 as f64;
+        let least = MOLLIFICATION * mean_edge[s];
         for k in 0..3 {
             slack[s] = slack[s].max(least - (l[k] + l[(k + 1) % 3] - l[(k + 2) % 3]));
         }

@@ -47,6 +47,8 @@ pub struct Surface {
     /// For each sheet what the search adds to every side so that needles become ordinary triangles (intrinsic
     /// mollification, Sharp & Crane 2020). Zero on sound meshes.
     pub(crate) slack: Vec<f64>,
+    /// Mean length of a side, for each sheet.
+    pub(crate) mean_edge: Vec<f64>,
     /// Input face → inner face, with [`FLIPPED`], or [`DROPPED`].
     pub(crate) inner_of: Vec<u32>,
     /// Inner face → input face, with [`FLIPPED`].
