@@ -444,3 +444,23 @@ fn traces_answer_by_parameter_distance_and_nearness() {
     assert!(spline.evaluate(&surface, &mut workspace, SplineT(3.5)).is_err());
     assert!(Trace::default().at_distance(&surface, 1.0).is_none());
 }
+
+#[test]
+fn threads_and_workspaces_do_not_show() {
+    let surface = built(&shapes::torus(2.0, 0.8, 40, 20));
+    let mut random = Random(31);
+    let splines: Vec<Spline> = (0..40)
+        .map(|_| {
+            let points: Vec<_> = (0..3).map(|_| random.on_sphere() * 2.5).collect();
+            spline_on(&surface, &points, random.next() < 0.5)
+        })
+        .collect();
+    let together = Spline::trace_all(&surface, &splines);
+    let mut used = TraceWorkspace::default();
+    for (i, spline) in splines.iter().enumerate().rev() {
+        let fresh = spline.trace(&surface, &mut TraceWorkspace::default(), None).unwrap();
+        let again = spline.trace(&surface, &mut used, None).unwrap();
+        assert_eq!(format!("{fresh:?}"), format!("{again:?}"));
+        assert_eq!(together[i].as_ref().unwrap(), &fresh);
+    }
+}

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{FaceId, HalfEdge, NonManifoldEdges, SurfaceError, options::SurfaceOptions};
+use super::{FaceId, HalfEdge, NonManifoldEdges, SurfaceError, options::SurfaceOptions, sort::sort_distinct};
 
 /// Neighbours across the sides of each face, before orientation and splitting.
 pub(crate) struct Adjacency {
@@ -35,7 +35,7 @@ pub(crate) fn link(
             sides.push((key, HalfEdge::new(face as u32, k as u32)));
         }
     }
-    sides.sort_unstable();
+    sort_distinct(&mut sides);
     let mut out = Adjacency {
         twins: vec![[HalfEdge::NONE; 3]; triangles.len()],
         edges: 0,

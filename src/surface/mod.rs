@@ -15,6 +15,7 @@ mod orientation;
 mod point;
 mod report;
 pub mod shapes;
+mod sort;
 #[expect(clippy::module_inception, reason = "the file of `Surface` is called surface, like every type's file")]
 mod surface;
 mod survey;

@@ -15,7 +15,7 @@ pub(crate) fn order(triangles: &[[u32; 3]], positions: &[DVec3], min: DVec3, max
             (spread(cell.x as u64) | spread(cell.y as u64) << 1 | spread(cell.z as u64) << 2, face as u32)
         })
         .collect();
-    keyed.sort_unstable();
+    super::sort::sort_distinct(&mut keyed);
     keyed.into_iter().map(|(_, face)| face).collect()
 }
 

@@ -38,7 +38,7 @@ pub(crate) fn sift(corners: impl Iterator<Item = [u32; 3]>, count: usize) -> Sif
             out.faces.push(face);
         }
     }
-    keys.sort_unstable();
+    super::sort::sort_distinct(&mut keys);
     let mut doubled = vec![false; out.triangles.len()];
     for run in keys.chunk_by(|a, b| a.0 == b.0) {
         out.duplicates += run.len() - 1;
