@@ -166,6 +166,73 @@ fn cylinder_is_the_rolled_up_plane() {
 }
 
 #[test]
+fn cone_is_the_rolled_up_sector() {
+    let (segments, half_angle) = (64_u32, 0.5_f64);
+    let surface = built(&shapes::cone(segments, 6, half_angle));
+    // One side of the pyramid is a triangle with two edges of length 1 a row and this angle between them.
+    let edge = DVec3::new(half_angle.sin(), 0.0, half_angle.cos());
+    let next = glam::DQuat::from_rotation_z(std::f64::consts::TAU / f64::from(segments)) * edge;
+    let wedge = edge.angle_between(next);
+    let roll = |p: DVec3| {
+        let (radius, angle) = (p.length(), p.y.atan2(p.x));
+        let k = (angle / wedge).floor();
+        let inside = angle - k * wedge;
+        // In the side's plane: x along its first edge.
+        let y = (next - edge * wedge.cos()) / wedge.sin();
+        let flat = radius * (inside.cos() * edge + inside.sin() * y);
+        glam::DQuat::from_rotation_z(std::f64::consts::TAU / f64::from(segments) * k) * flat
+    };
+    let polygon = [(2.0, 0.1), (4.6, 0.5), (3.0, 1.2), (4.8, 1.6)]
+        .map(|(r, a): (f64, f64)| DVec3::new(r * a.cos(), r * a.sin(), 0.0));
+    let points = polygon.map(|p| at(&surface, roll(p)));
+    let mut tracer = Tracer::new(&surface);
+    for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+        for k in 0..=20 {
+            let t = f64::from(k) / 20.0;
+            let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
+            assert!(found.distance(roll(bezier(polygon, t))) < 1e-10, "{scheme:?} {t}");
+        }
+    }
+}
+
+#[test]
+fn over_a_corner_of_the_cube_pieces_meet_smoothly() {
+    let surface = built(&shapes::cube());
+    let polygon = [(0.5, 0.2, 1.0), (0.9, 0.3, 1.0), (1.0, 0.8, 0.9), (0.6, 1.0, 0.5)]
+        .map(|(x, y, z)| at(&surface, DVec3::new(x, y, z)));
+    let trace = Tracer::new(&surface).trace(&polygon, &Scheme::de_casteljau().with_levels(7)).unwrap();
+    let segment = &trace.segments()[0];
+    // Where two pieces meet, the legs on both sides are halves of one geodesic: no turn in any unfolding.
+    let mut finder = PathFinder::new();
+    let averager = average::Averager { surface: &surface, finder: &mut finder };
+    let legs: Vec<_> =
+        segment.paths().iter().map(|p| crate::geodesic::inner::InnerPath::from_outer(&surface, p).unwrap()).collect();
+    for pair in legs.windows(2).skip(2).step_by(3) {
+        let turn = averager.turn(average::Span::new(&pair[0], 0.0, 1.0), average::Span::new(&pair[1], 0.0, 1.0));
+        assert!(turn.abs() < 1e-6, "{turn}");
+    }
+}
+
+#[test]
+fn moving_nowhere_changes_nothing() {
+    let surface = built(&shapes::icosphere(3));
+    let mut finder = PathFinder::new();
+    let mut spline = spline_on(&surface, &S2.map(tilted), true);
+    let before = spline.clone();
+    let to = spline.anchors()[1].point();
+    spline.apply(&surface, &mut finder, &SplineEdit::MoveAnchor { anchor: 1, to }).unwrap();
+    assert_eq!(spline, before);
+    // Nearly nowhere changes nearly nothing (away from vertices, whose curvature sits in one place).
+    let to = at(&surface, surface.position(&to) + DVec3::new(1e-9, 0.0, 0.0));
+    spline.apply(&surface, &mut finder, &SplineEdit::MoveAnchor { anchor: 1, to }).unwrap();
+    for (a, b) in spline.anchors().iter().zip(before.anchors()) {
+        for (h, k) in [(a.incoming(), b.incoming()), (a.outgoing(), b.outgoing())] {
+            assert!(surface.position(&h.point()).distance(surface.position(&k.point())) < 1e-7);
+        }
+    }
+}
+
+#[test]
 fn reversed_polygons_give_reversed_traces() {
     let surface = built(&shapes::torus(2.0, 0.8, 40, 20));
     let mut tracer = Tracer::new(&surface);

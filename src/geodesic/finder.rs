@@ -279,6 +279,98 @@ mod tests {
     }
 
     #[test]
+    fn saddle() {
+        let n = 160;
+        let mut mesh = shapes::grid(n, n, 2.4, 2.4);
+        for p in &mut mesh.positions {
+            *p -= DVec3::new(1.2, 1.2, 0.0);
+            p.z = p.x * p.x - p.y * p.y;
+        }
+        let surface = built(&mesh);
+        let on = |x: f64, y: f64| DVec3::new(x, y, x * x - y * y);
+        let [a, b] = [on(-1.0, -0.5), on(0.8, 0.9)].map(|p| surface.closest_point(p).unwrap().point);
+        let path = surface.shortest_path(&a, &b).unwrap();
+        assert!((path.length() - 2.542_313_9).abs() < 2e-4, "{}", path.length());
+        let middle = surface.position(&path.at(&surface, 0.5).unwrap());
+        assert!(middle.distance(on(-0.175_48, 0.119_92)) < 2e-2, "{middle}");
+    }
+
+    #[test]
+    fn half_way_around_a_cylinder_both_ways_are_one_length() {
+        let surface = built(&shapes::cylinder(256, 40, 4.0));
+        let at = |turn: f64, z: f64| DVec3::new(turn.cos(), turn.sin(), z);
+        let found = length(&surface, at(0.0, 0.5), at(PI, 3.5));
+        assert!((found - 4.343_915_791_3).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn long_faces_do_not_lead_the_wrong_way_around() {
+        // Eight quads as high as the prism: centres and middles of sides say nothing about its ends.
+        let surface = built(&shapes::cylinder(8, 1, 100.0));
+        let at = |side: f64, z: f64| {
+            let corner = |k: f64| DVec3::new((k * PI / 4.0).cos(), (k * PI / 4.0).sin(), z);
+            corner(side.floor()).lerp(corner(side.floor() + 1.0), side.fract())
+        };
+        let width = 2.0 * (PI / 8.0).sin();
+        for (from, to) in [((0.3, 99.0), (3.6, 99.5)), ((0.3, 1.0), (7.6, 2.0)), ((2.5, 50.0), (5.9, 97.0))] {
+            let found = length(&surface, at(from.0, from.1), at(to.0, to.1));
+            let sides: f64 = to.0 - from.0;
+            let expected = (sides.min(8.0 - sides) * width).hypot(to.1 - from.1);
+            assert!((found - expected).abs() < 1e-9, "{found} for {expected}");
+        }
+    }
+
+    /// A closed surface with bumps and saddles at random.
+    fn potato(seed: f64) -> TriangleMesh {
+        let mut mesh = shapes::icosphere(4);
+        for p in &mut mesh.positions {
+            let waves = (3.1 * p.x + seed).sin() * (2.7 * p.y).cos() + (4.3 * p.z - 2.0 * seed).sin();
+            *p *= 1.0 + 0.2 * waves;
+        }
+        mesh
+    }
+
+    #[test]
+    fn paths_on_potatoes_have_the_properties_of_paths() {
+        for seed in [0.3, 1.7] {
+            let mesh = potato(seed);
+            let surface = built(&mesh);
+            let mut shuffled = mesh.clone();
+            let n = shuffled.faces.len();
+            (0..n).for_each(|i| shuffled.faces.swap(i, (i * 7919 + 5) % n));
+            let other = built(&shuffled);
+            let mut finder = PathFinder::new();
+            let faces = |i: usize| [i * 97 % n, i * 389 % n].map(|f| crate::surface::FaceId(f as u32));
+            for i in 1..60 {
+                let [p, q] = faces(i).map(|f| surface.point(f, [0.2, 0.5, 0.3]).unwrap());
+                let path = finder.shortest(&surface, &p, &q).unwrap();
+                let [a, b] = [&p, &q].map(|x| surface.position(x));
+                assert!(path.length() >= a.distance(b) * (1.0 - 1e-12));
+                // Consecutive stretches meet, each inside one face.
+                let positions = path.positions(&surface);
+                let mut here = a;
+                for (k, stretch) in path.segments(&surface).enumerate() {
+                    let ends =
+                        [stretch.from, stretch.to].map(|w| surface.position(&surface.point(stretch.face, w).unwrap()));
+                    assert!(ends[0].distance(here) < 1e-12 && ends[1].distance(positions[k + 1]) < 1e-12);
+                    here = ends[1];
+                }
+                assert!(here.distance(b) < 1e-12);
+                // Straightening again moves nothing.
+                let inner = InnerPath::from_outer(&surface, &path).unwrap();
+                let mut again = InnerPath::default();
+                finder.continue_inner(&surface, &inner.start, &inner.end, &mut inner.strip.clone(), &mut again);
+                assert_eq!(again.strip, inner.strip);
+                // Another order of faces, the same places: the same length, if the same way is taken.
+                let [p, q] = [a, b].map(|x| other.closest_point(x).unwrap().point);
+                let relative = finder.shortest(&other, &p, &q).unwrap().length() / path.length() - 1.0;
+                assert!(relative.abs() < 1e-10 || relative.abs() > 1e-7, "{relative}");
+                assert!(relative.abs() < 5e-3, "{relative}");
+            }
+        }
+    }
+
+    #[test]
     fn separate_pieces_have_no_path() {
         let mut mesh = shapes::cube();
         let n = mesh.positions.len() as u32;
