@@ -13,6 +13,10 @@ pub mod curve;
 #[cfg(feature = "formats")]
 pub mod format;
 pub mod geodesic;
+#[cfg(feature = "bevy")]
+pub mod plugin;
+#[cfg(feature = "bevy")]
+pub mod prelude;
 pub mod surface;
 
 /// The README's code, compiled.

@@ -4,3 +4,5 @@
 mod corpus;
 #[cfg(feature = "formats")]
 mod formats;
+#[cfg(feature = "bevy")]
+mod plugin;

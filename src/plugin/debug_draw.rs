@@ -1,0 +1,135 @@
+//! Splines drawn with gizmos: curves, the legs of handles, and marks for control points.
+
+use bevy::gizmos::GizmoPlugin;
+use bevy::prelude::*;
+
+use super::SurfaceSplineSystems;
+use super::controls::{ControlKind, Editable};
+use super::queries::{SurfaceQueries, SurfaceView};
+use super::retrace::SplineTrace;
+use super::spline::SurfaceSpline;
+use super::surface::OnSurface;
+use crate::curve::{Anchor, Join};
+use crate::geodesic::GeodesicPath;
+
+/// The gizmo group of splines; its `GizmoConfig` says whether they are drawn, and how wide lines are.
+#[derive(Reflect, GizmoConfigGroup, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Clone, Debug, PartialEq)]
+pub struct SplineGizmos {
+    /// Curves.
+    pub curve: Color,
+    /// Legs from anchors to handles.
+    pub leg: Color,
+    /// Anchors and handles.
+    pub control: Color,
+    /// Width of anchors, in logical pixels.
+    pub anchor_size: f32,
+    /// Width of handles, in logical pixels.
+    pub handle_size: f32,
+}
+
+impl Default for SplineGizmos {
+    fn default() -> Self {
+        Self {
+            curve: Color::srgb(1.0, 0.6, 0.1),
+            leg: Color::srgb(0.5, 0.7, 0.9),
+            control: Color::WHITE,
+            anchor_size: 9.0,
+            handle_size: 7.0,
+        }
+    }
+}
+
+/// Draws every traced spline; of [`Editable`] ones also the control points: squares for corners, discs for other anchors,
+/// small discs for handles, joined to their anchors by their geodesics.
+///
+/// Schedule: `PostUpdate`, set [`SurfaceSplineSystems::Draw`]. Needs Bevy's `GizmoPlugin`; without it nothing is drawn.
+#[derive(Debug, Default)]
+pub struct DebugDrawPlugin;
+
+impl Plugin for DebugDrawPlugin {
+    fn build(&self, app: &mut App) {
+        super::configure_sets(app);
+        app.register_type::<SplineGizmos>();
+    }
+
+    fn finish(&self, app: &mut App) {
+        if !app.is_plugin_added::<GizmoPlugin>() {
+            return;
+        }
+        // A little towards the eye, so that lines do not fight with the faces they lie on.
+        let line = GizmoLineConfig { width: 2.0, ..default() };
+        app.insert_gizmo_config(SplineGizmos::default(), GizmoConfig { depth_bias: -0.002, line, ..default() })
+            .add_systems(PostUpdate, (draw_curves, draw_controls).in_set(SurfaceSplineSystems::Draw));
+    }
+}
+
+fn draw_curves(mut gizmos: Gizmos<SplineGizmos>, surfaces: SurfaceQueries, splines: Query<(&SplineTrace, &OnSurface)>) {
+    if !gizmos.config.enabled {
+        return;
+    }
+    let color = gizmos.config_ext.curve;
+    for (trace, on) in &splines {
+        let Some(view) = surfaces.get(on.0) else { continue };
+        gizmos.linestrip(trace.polyline().iter().map(|p| view.to_world().transform_point3(*p)), color);
+    }
+}
+
+fn draw_controls(
+    mut gizmos: Gizmos<SplineGizmos>,
+    surfaces: SurfaceQueries,
+    splines: Query<(&SurfaceSpline, &OnSurface), With<Editable>>,
+    cameras: Query<(&Camera, &GlobalTransform)>,
+) {
+    let shown = cameras.iter().filter(|(camera, _)| camera.is_active).min_by_key(|(camera, _)| camera.order);
+    let Some((camera, eye)) = shown.filter(|_| gizmos.config.enabled) else { return };
+    for (spline, on) in &splines {
+        let Some(view) = surfaces.get(on.0) else { continue };
+        for kind in ControlKind::all(spline) {
+            let Some(point) = kind.point(spline) else { continue };
+            let position = view.position(point);
+            let Some(pixel) = world_per_pixel(camera, eye, position) else { continue };
+            let place = Isometry3d::new(position, eye.rotation());
+            let style = *gizmos.config_ext;
+            match (kind, leg(spline.anchors(), kind)) {
+                (ControlKind::Anchor(i), _) if spline.anchors()[i as usize].join() == Join::Corner => {
+                    gizmos.rect(place, Vec2::splat(style.anchor_size * pixel), style.control);
+                }
+                (ControlKind::Anchor(_), _) => disc(&mut gizmos, place, 0.5 * style.anchor_size * pixel, style.control),
+                (ControlKind::Handle(..), leg) => {
+                    disc(&mut gizmos, place, 0.5 * style.handle_size * pixel, style.control);
+                    gizmos.linestrip(leg.into_iter().flat_map(|leg| world_positions(leg, &view)), style.leg);
+                }
+            }
+        }
+    }
+}
+
+fn disc(gizmos: &mut Gizmos<SplineGizmos>, place: Isometry3d, radius: f32, color: Color) {
+    gizmos.circle(place, radius, color).resolution(16);
+}
+
+/// The leg of a handle.
+fn leg(anchors: &[Anchor], kind: ControlKind) -> Option<&GeodesicPath> {
+    use crate::curve::HandleSide::{Incoming, Outgoing};
+    match kind {
+        ControlKind::Anchor(_) => None,
+        ControlKind::Handle(i, Incoming) => anchors.get(i as usize).map(|a| a.incoming().leg()),
+        ControlKind::Handle(i, Outgoing) => anchors.get(i as usize).map(|a| a.outgoing().leg()),
+    }
+}
+
+fn world_positions(leg: &GeodesicPath, view: &SurfaceView) -> Vec<Vec3> {
+    let positions = leg.positions(view.surface());
+    positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())).collect()
+}
+
+/// World length that covers one logical pixel at a position; none behind the eye.
+fn world_per_pixel(camera: &Camera, eye: &GlobalTransform, position: Vec3) -> Option<f32> {
+    let height = camera.logical_viewport_size()?.y;
+    let clip_from_view = camera.clip_from_view();
+    let view = eye.affine().inverse().transform_point3(position);
+    let w = (clip_from_view * view.extend(1.0)).w;
+    let pixel = 2.0 * w / (clip_from_view.y_axis.y * height);
+    (pixel > 0.0 && pixel.is_finite()).then_some(pixel)
+}

@@ -1,0 +1,249 @@
+//! Dragging control points: a state machine of our own over pointer input.
+//!
+//! Bevy's `DragStart` has no dead zone and its `Click` follows drags, so neither is used. A press on a control point starts
+//! in [`DragState::Pressed`]; leaving the dead zone makes it [`DragState::Dragging`], which sends one
+//! [`EditSpline`] a frame in which the pointer moved, all of one gesture. The pixel offset between the press and the control
+//! point is kept, so nothing jumps. Off the model the last hit holds; over another piece of the surface too, and that is
+//! said. Escape, or a cancelled pointer, restores the spline as it was, bit for bit.
+
+use bevy::picking::hover::HoverMap;
+use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
+use bevy::prelude::*;
+
+use super::SurfaceSplineSystems;
+use super::controls::{ControlKind, ControlPoint};
+use super::edit::{EditRefusal, EditSpline, EndGesture, GestureId, SplineEditRefused};
+use super::pick::Picker;
+use super::spline::SurfaceSpline;
+use super::surface::{BuiltSurface, OnSurface};
+use crate::surface::SurfacePoint;
+
+/// How drags behave.
+#[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Resource, Default, Clone, Debug, PartialEq)]
+pub struct DragSettings {
+    /// Whether control points can be dragged at all.
+    pub enabled: bool,
+    /// A press that moves less than this many logical pixels is a click.
+    pub dead_zone: f32,
+}
+
+impl Default for DragSettings {
+    fn default() -> Self {
+        Self { enabled: true, dead_zone: 4.0 }
+    }
+}
+
+/// Whether a control point is being dragged, and which.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub enum DragState {
+    /// Nothing is held.
+    #[default]
+    Idle,
+    /// A control point was pressed; the pointer has not left the dead zone.
+    Pressed(Grip),
+    /// A control point follows the pointer.
+    Dragging(Grip),
+}
+
+/// What is held, and by whom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grip {
+    /// The pointer that holds it; others are ignored until it lets go.
+    pub pointer: PointerId,
+    /// The camera through which it was grabbed.
+    pub camera: Entity,
+    /// The spline.
+    pub spline: Entity,
+    /// Which of its control points.
+    pub kind: ControlKind,
+    /// The gesture that its edits belong to.
+    pub gesture: GestureId,
+    /// Where it was pressed, in logical pixels.
+    pressed_at: Vec2,
+    /// From there to where the control point appeared.
+    offset: Vec2,
+    /// The surface, and the sheet of it that the spline lies on.
+    surface: Entity,
+    sheet: u32,
+    /// Whether the pointer is over another sheet, and that was said.
+    astray: bool,
+}
+
+impl DragState {
+    /// What is being dragged; none inside the dead zone.
+    pub fn dragged(&self) -> Option<&Grip> {
+        if let Self::Dragging(grip) = self { Some(grip) } else { None }
+    }
+
+    /// What is held, dragged or not.
+    pub fn held(&self) -> Option<&Grip> {
+        match self {
+            Self::Idle => None,
+            Self::Pressed(grip) | Self::Dragging(grip) => Some(grip),
+        }
+    }
+}
+
+/// Drags control points with pointers.
+///
+/// Schedule: `PreUpdate`, set [`SurfaceSplineSystems::Drag`]. Needs [`PickPlugin`](super::PickPlugin) and
+/// [`EditPlugin`](super::EditPlugin); reads Bevy's pointer input, and its hover map to leave presses on other things alone.
+#[derive(Debug, Default)]
+pub struct DragPlugin;
+
+impl Plugin for DragPlugin {
+    fn build(&self, app: &mut App) {
+        super::configure_sets(app);
+        app.register_type::<DragSettings>()
+            .init_resource::<DragSettings>()
+            .init_resource::<DragState>()
+            .init_resource::<super::SplinePickingSettings>()
+            .add_message::<PointerInput>()
+            .add_message::<EditSpline>()
+            .add_message::<EndGesture>()
+            .add_systems(PreUpdate, drag_controls.in_set(SurfaceSplineSystems::Drag));
+    }
+}
+
+/// What a drag looks at.
+#[derive(bevy::ecs::system::SystemParam)]
+struct Scene<'w, 's> {
+    picker: Picker<'w, 's>,
+    hover: Option<Res<'w, HoverMap>>,
+    controls: Query<'w, 's, &'static ControlPoint>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    surfaces: Query<'w, 's, &'static BuiltSurface>,
+    windows: Query<'w, 's, (), With<Window>>,
+}
+
+fn drag_controls(
+    mut commands: Commands,
+    mut state: ResMut<DragState>,
+    settings: Res<DragSettings>,
+    keys: Option<Res<ButtonInput<KeyCode>>>,
+    mut inputs: MessageReader<PointerInput>,
+    (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
+    scene: Scene,
+) {
+    let mut drag = Drag { state: state.clone(), target: None, end: None };
+    if drag.state.held().is_some_and(|grip| !scene.still_there(grip)) || !settings.enabled {
+        drag.finish(true);
+    }
+    for input in inputs.read() {
+        let held_by = drag.state.held().map(|grip| grip.pointer);
+        match input.action {
+            PointerAction::Press(PointerButton::Primary) if held_by.is_none() && settings.enabled => {
+                if let Some(grip) = scene.grab(input.pointer_id, &input.location) {
+                    drag.state = DragState::Pressed(grip);
+                }
+            }
+            _ if held_by != Some(input.pointer_id) => {}
+            PointerAction::Move { .. } => drag.follow(&mut commands, &scene, &settings, input.location.position),
+            PointerAction::Release(PointerButton::Primary) => drag.finish(false),
+            PointerAction::Cancel => drag.finish(true),
+            _ => {}
+        }
+        // What a finished gesture left goes out before the next one may begin.
+        drag.flush(&mut edits, &mut ends, false);
+    }
+    if keys.is_some_and(|keys| keys.just_pressed(KeyCode::Escape)) {
+        drag.finish(true);
+    }
+    drag.flush(&mut edits, &mut ends, true);
+    state.set_if_neq(drag.state);
+}
+
+/// The state machine during one frame.
+struct Drag {
+    state: DragState,
+    /// The newest edit that was not sent yet.
+    target: Option<EditSpline>,
+    /// The gesture that has ended.
+    end: Option<EndGesture>,
+}
+
+impl Drag {
+    /// The pointer that holds the grip has moved.
+    fn follow(&mut self, commands: &mut Commands, scene: &Scene, settings: &DragSettings, to: Vec2) {
+        if let DragState::Pressed(grip) = &self.state
+            && grip.pressed_at.distance(to) >= settings.dead_zone
+        {
+            self.state = DragState::Dragging(grip.clone());
+        }
+        let DragState::Dragging(grip) = &mut self.state else { return };
+        // Off the model the last hit holds.
+        let Some(hit) = scene.picker.surface_under(grip.camera, to + grip.offset, grip.surface) else { return };
+        let edit = grip.kind.moved(hit.point);
+        if scene.sheet(grip.surface, &hit.point) == Some(grip.sheet) {
+            grip.astray = false;
+            self.target = Some(EditSpline::new(grip.spline, edit).undoable().in_gesture(grip.gesture));
+        } else if !std::mem::replace(&mut grip.astray, true) {
+            commands.trigger(SplineEditRefused { entity: grip.spline, edit, reason: EditRefusal::OtherPiece });
+        }
+    }
+
+    /// The pointer lets go.
+    fn finish(&mut self, cancel: bool) {
+        if let DragState::Dragging(grip) = &self.state {
+            self.end = Some(EndGesture { gesture: grip.gesture, cancel });
+        }
+        self.state = DragState::Idle;
+    }
+
+    /// Sends what has to be sent: of one gesture's moves in a frame the last alone.
+    fn flush(&mut self, edits: &mut MessageWriter<EditSpline>, ends: &mut MessageWriter<EndGesture>, frame_ends: bool) {
+        if (frame_ends || self.end.is_some())
+            && let Some(edit) = self.target.take()
+        {
+            edits.write(edit);
+        }
+        if let Some(end) = self.end.take() {
+            ends.write(end);
+        }
+    }
+}
+
+impl Scene<'_, '_> {
+    /// What a press grabs.
+    fn grab(&self, pointer: PointerId, at: &Location) -> Option<Grip> {
+        if self.is_covered(pointer) {
+            return None;
+        }
+        let under = |camera| Some((camera, self.picker.control_under(camera, at.position)?));
+        let (camera, entity) = self.picker.cameras_at(at).into_iter().find_map(under)?;
+        let control = self.controls.get(entity).ok()?;
+        let (spline, on) = self.splines.get(control.spline).ok()?;
+        Some(Grip {
+            pointer,
+            camera,
+            spline: control.spline,
+            kind: control.kind,
+            gesture: GestureId::next(),
+            pressed_at: at.position,
+            offset: self.picker.control_on_screen(camera, entity)? - at.position,
+            surface: on.0,
+            sheet: self.sheet(on.0, &control.kind.point(spline)?)?,
+            astray: false,
+        })
+    }
+
+    /// Whether the pointer is over something else first: a panel, a button, another model.
+    fn is_covered(&self, pointer: PointerId) -> bool {
+        let Some(hovered) = self.hover.as_ref().and_then(|hover| hover.get(&pointer)) else { return false };
+        let ours = |e: Entity| self.controls.contains(e) || self.splines.contains(e) || self.surfaces.contains(e);
+        let foreign = |e: Entity| !ours(e) && !self.windows.contains(e);
+        hovered.keys().any(|entity| foreign(*entity)) && !hovered.keys().any(|entity| ours(*entity))
+    }
+
+    fn sheet(&self, surface: Entity, point: &SurfacePoint) -> Option<u32> {
+        self.surfaces.get(surface).ok()?.sheet(point.face).ok()
+    }
+
+    fn still_there(&self, grip: &Grip) -> bool {
+        let same = |(spline, on): (&SurfaceSpline, &OnSurface)| {
+            on.0 == grip.surface && grip.kind.point(spline).is_some() && self.surfaces.contains(on.0)
+        };
+        self.splines.get(grip.spline).is_ok_and(same)
+    }
+}

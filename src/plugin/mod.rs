@@ -1,0 +1,102 @@
+//! The Bevy plugin: splines on surfaces as components, edited live; works without window and renderer.
+//!
+//! [`SplineSurface`] beside a `Mesh3d` asks for a [`BuiltSurface`]; a [`SplineSource`] or [`SurfaceSpline`] with
+//! [`OnSurface`] lies on it; [`EditSpline`] messages change it, and its [`SplineTrace`] follows. [`Editable`] makes anchors and
+//! handles appear that can be picked and dragged.
+//!
+//! Every plugin can be added alone and names its schedule and set; [`SurfaceSplinePlugins`] adds them all. Sets run in
+//! `PostUpdate` in the order of [`SurfaceSplineSystems`], before transforms are propagated (drawing after), so an edit
+//! sent in `Update` shows in the same frame. Picking and dragging run in `PreUpdate`.
+
+#![expect(clippy::type_complexity, reason = "queries name what they read where they read it")]
+
+mod build;
+mod controls;
+mod debug_draw;
+mod diagnostics;
+mod drag;
+mod edit;
+pub mod mesh;
+mod pick;
+mod queries;
+mod remap;
+mod retrace;
+mod spline;
+mod surface;
+pub mod testing;
+
+use bevy::app::PluginGroupBuilder;
+use bevy::prelude::*;
+
+pub use controls::{ControlKind, ControlOf, ControlPoint, Controls, ControlsPlugin, Editable};
+pub use debug_draw::{DebugDrawPlugin, SplineGizmos};
+pub use diagnostics::SplineDiagnosticsPlugin;
+pub use drag::{DragPlugin, DragSettings, DragState, Grip};
+pub use edit::{
+    EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
+};
+pub use mesh::{MeshReadError, mesh_from, triangle_mesh_from};
+pub use pick::{CurveHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
+pub use queries::{SurfaceQueries, SurfaceQueryError, SurfaceView, WorldHit, WorldPlace, WorldWalk};
+pub use retrace::{RetracePlugin, SplineTrace, TraceChanged, TraceStatistics};
+pub use spline::{SplinePlugin, SplineSource, SplineState, SurfaceSpline};
+pub use surface::{
+    BuiltSurface, OnSurface, SplineSurface, SurfaceChanged, SurfaceFailed, SurfaceItems, SurfacePlugin, SurfaceReady,
+    SurfaceState,
+};
+
+/// The steps of a frame: `Build` to `Controls` run in `PostUpdate`, chained in this order, before transforms are
+/// propagated; `Draw` after that; `Drag` in `PreUpdate`.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SurfaceSplineSystems {
+    /// Surfaces are built from meshes.
+    Build,
+    /// Sources become splines.
+    Resolve,
+    /// Edits are applied.
+    Edit,
+    /// Changed segments are traced again.
+    Trace,
+    /// Entities of anchors and handles follow.
+    Controls,
+    /// Gizmos are drawn.
+    Draw,
+    /// Pointers grab and move control points, after picking.
+    Drag,
+}
+
+/// Puts the sets in order; every plugin calls it, and calling it again changes nothing.
+fn configure_sets(app: &mut App) {
+    use SurfaceSplineSystems::{Build, Controls, Drag, Draw, Edit, Resolve, Trace};
+    if app.world().contains_resource::<SetsConfigured>() {
+        return;
+    }
+    app.insert_resource(SetsConfigured)
+        .configure_sets(PostUpdate, (Build, Resolve, Edit, Trace, Controls).chain().before(TransformSystems::Propagate))
+        .configure_sets(PostUpdate, Draw.after(Controls).after(TransformSystems::Propagate))
+        .configure_sets(PreUpdate, Drag.after(bevy::picking::PickingSystems::Last).after(bevy::input::InputSystems));
+}
+
+#[derive(Resource)]
+struct SetsConfigured;
+
+/// Everything that works without a window: surfaces, splines, edits, traces, picking, dragging, diagnostics, gizmos.
+///
+/// Picking and dragging wait for Bevy's picking plugins, gizmos for its `GizmoPlugin`; where those are missing they do nothing.
+#[derive(Debug, Default)]
+pub struct SurfaceSplinePlugins;
+
+impl PluginGroup for SurfaceSplinePlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(SurfacePlugin)
+            .add(SplinePlugin)
+            .add(EditPlugin)
+            .add(RetracePlugin)
+            .add(ControlsPlugin)
+            .add(PickPlugin)
+            .add(DragPlugin)
+            .add(SplineDiagnosticsPlugin)
+            .add(DebugDrawPlugin)
+    }
+}

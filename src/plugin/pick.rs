@@ -1,0 +1,279 @@
+//! Picking: surfaces by their BVH, control points and curves by their distance on the screen.
+
+use bevy::camera::RenderTarget;
+use bevy::ecs::system::SystemParam;
+use bevy::math::Ray3d;
+use bevy::picking::PickingSystems;
+use bevy::picking::backend::ray::RayMap;
+use bevy::picking::backend::{HitData, PointerHits};
+use bevy::picking::pointer::{Location, PointerId, PointerLocation};
+use bevy::prelude::*;
+use bevy::window::PrimaryWindow;
+
+use super::controls::{ControlKind, ControlPoint, Editable};
+use super::queries::{SurfaceQueries, SurfaceView, WorldHit};
+use super::retrace::SplineTrace;
+use super::spline::SurfaceSpline;
+use super::surface::{BuiltSurface, OnSurface};
+use crate::curve::SplineT;
+use crate::surface::SurfacePoint;
+
+/// Something counts as behind the model if that is nearer to the eye by more than this share of the model's diagonal.
+const BEHIND: f32 = 2e-3;
+
+/// How control points and curves are grabbed.
+#[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Resource, Default, Clone, Debug, PartialEq)]
+pub struct SplinePickingSettings {
+    /// How near the pointer must be, in logical pixels.
+    pub grab_radius: f32,
+    /// Whether things behind a surface can be grabbed.
+    pub see_through: bool,
+}
+
+impl Default for SplinePickingSettings {
+    fn default() -> Self {
+        Self { grab_radius: 12.0, see_through: false }
+    }
+}
+
+/// Extra data of a hit on a surface: `hit.extra_as::<SurfaceHit>()`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// The place: face and barycentric weights.
+    pub point: SurfacePoint,
+}
+
+/// Extra data of a hit on a spline: `hit.extra_as::<CurveHit>()`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveHit {
+    /// The parameter.
+    pub t: SplineT,
+    /// The place.
+    pub point: SurfacePoint,
+}
+
+/// A picking back end for surfaces, control points, and splines with [`Editable`] or `Pickable`.
+///
+/// Handles come before anchors, these before curves, these before surfaces (by the order of `PointerHits`: + 0.3, + 0.2, + 0.1
+/// above the camera's); among equals the nearer to the eye.
+///
+/// Schedule: `PreUpdate`, set `PickingSystems::Backend`. Needs Bevy's `PickingPlugin`; without it nothing runs.
+#[derive(Debug, Default)]
+pub struct PickPlugin;
+
+impl Plugin for PickPlugin {
+    fn build(&self, app: &mut App) {
+        super::configure_sets(app);
+        app.register_type::<SplinePickingSettings>()
+            .init_resource::<SplinePickingSettings>()
+            .add_message::<PointerHits>()
+            .add_systems(PreUpdate, write_hits.in_set(PickingSystems::Backend).run_if(resource_exists::<RayMap>));
+    }
+}
+
+/// What is under a pixel, as a system parameter.
+#[derive(SystemParam)]
+pub struct Picker<'w, 's> {
+    settings: Res<'w, SplinePickingSettings>,
+    cameras: Query<'w, 's, (Entity, &'static Camera, &'static RenderTarget, &'static GlobalTransform)>,
+    primary_window: Query<'w, 's, Entity, With<PrimaryWindow>>,
+    queries: SurfaceQueries<'w, 's>,
+    surfaces: Query<'w, 's, Entity, With<BuiltSurface>>,
+    controls: Query<'w, 's, (Entity, &'static ControlPoint)>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    curves: Query<'w, 's, (Entity, &'static SplineTrace, &'static OnSurface), Or<(With<Editable>, With<Pickable>)>>,
+}
+
+/// Something that is near enough to a pixel to be grabbed.
+struct Grab {
+    entity: Entity,
+    kind: GrabKind,
+    position: Vec3,
+    depth: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum GrabKind {
+    Curve,
+    Anchor,
+    Handle,
+}
+
+impl Picker<'_, '_> {
+    /// The active cameras that show a location, topmost first.
+    pub fn cameras_at(&self, location: &Location) -> Vec<Entity> {
+        let shows = |camera: &Camera, target| location.is_in_viewport(camera, target, &self.primary_window);
+        let active = self.cameras.iter().filter(|(_, camera, target, _)| camera.is_active && shows(camera, target));
+        let mut found: Vec<_> = active.map(|(entity, camera, ..)| (std::cmp::Reverse(camera.order), entity)).collect();
+        found.sort();
+        found.into_iter().map(|(_, entity)| entity).collect()
+    }
+
+    /// Where the surface of an entity is under a pixel (logical, of the camera's target).
+    pub fn surface_under(&self, camera: Entity, pixel: Vec2, surface: Entity) -> Option<WorldHit> {
+        self.queries.get(surface)?.ray(self.ray(camera, pixel)?)
+    }
+
+    /// The control point that a press at a pixel grabs.
+    pub fn control_under(&self, camera: Entity, pixel: Vec2) -> Option<Entity> {
+        let eye = Eye::new(self, camera)?;
+        let grabs = self.grabbed_controls(&eye, pixel);
+        grabs.into_iter().max_by(|a, b| a.kind.cmp(&b.kind).then(b.depth.total_cmp(&a.depth))).map(|grab| grab.entity)
+    }
+
+    /// The pixel at which a control point appears.
+    pub fn control_on_screen(&self, camera: Entity, control: Entity) -> Option<Vec2> {
+        let (_, control) = self.controls.get(control).ok()?;
+        Eye::new(self, camera)?.pixel(self.control_position(control)?)
+    }
+
+    fn ray(&self, camera: Entity, pixel: Vec2) -> Option<Ray3d> {
+        let (_, camera, _, transform) = self.cameras.get(camera).ok()?;
+        camera.viewport_to_world(transform, pixel).ok()
+    }
+
+    fn control_position(&self, control: &ControlPoint) -> Option<Vec3> {
+        let (spline, on) = self.splines.get(control.spline).ok()?;
+        Some(self.queries.get(on.0)?.position(control.kind.point(spline)?))
+    }
+
+    fn grabbed_controls(&self, eye: &Eye, pixel: Vec2) -> Vec<Grab> {
+        let mut grabs = Vec::new();
+        for (entity, control) in &self.controls {
+            let Some(position) = self.control_position(control) else { continue };
+            let near = eye.pixel(position).is_some_and(|at| at.distance(pixel) <= self.settings.grab_radius);
+            if near && let Some(depth) = self.visible_depth(eye, position) {
+                let handle = matches!(control.kind, ControlKind::Handle(..));
+                let kind = if handle { GrabKind::Handle } else { GrabKind::Anchor };
+                grabs.push(Grab { entity, kind, position, depth });
+            }
+        }
+        grabs
+    }
+
+    fn grabbed_curves(&self, eye: &Eye, pixel: Vec2) -> Vec<(Grab, CurveHit)> {
+        let mut grabs = Vec::new();
+        for (entity, trace, on) in &self.curves {
+            let Some(view) = self.queries.get(on.0) else { continue };
+            let Some(local) = eye.nearest_on(trace.polyline(), &view, pixel, self.settings.grab_radius) else {
+                continue;
+            };
+            let Some(nearest) = trace.nearest(view.surface(), local.as_dvec3()) else { continue };
+            let position = view.position(nearest.point);
+            if let Some(depth) = self.visible_depth(eye, position) {
+                let hit = CurveHit { t: nearest.t, point: nearest.point };
+                grabs.push((Grab { entity, kind: GrabKind::Curve, position, depth }, hit));
+            }
+        }
+        grabs
+    }
+
+    /// Distance from the near plane to a position, unless a surface hides it.
+    fn visible_depth(&self, eye: &Eye, position: Vec3) -> Option<f32> {
+        let ray = eye.camera.viewport_to_world(eye.transform, eye.pixel(position)?).ok()?;
+        let depth = ray.origin.distance(position);
+        let hides = |surface: Entity| {
+            let Some(view) = self.queries.get(surface) else { return false };
+            let slack = BEHIND * view.surface().diagonal() as f32 * view.scale();
+            view.ray(ray).is_some_and(|hit| hit.distance < depth - slack)
+        };
+        (self.settings.see_through || !self.surfaces.iter().any(hides)).then_some(depth)
+    }
+}
+
+/// A camera and how it projects.
+struct Eye<'a> {
+    camera: &'a Camera,
+    transform: &'a GlobalTransform,
+    clip_from_world: Mat4,
+    viewport: Rect,
+}
+
+impl<'a> Eye<'a> {
+    fn new(picker: &'a Picker, camera: Entity) -> Option<Self> {
+        let (_, camera, _, transform) = picker.cameras.get(camera).ok()?;
+        let clip_from_world = camera.clip_from_view() * transform.to_matrix().inverse();
+        Some(Self { camera, transform, clip_from_world, viewport: camera.logical_viewport_rect()? })
+    }
+
+    /// Where a position appears; none behind the eye.
+    fn pixel(&self, position: Vec3) -> Option<Vec2> {
+        self.project(&self.clip_from_world, position)
+    }
+
+    fn project(&self, clip: &Mat4, position: Vec3) -> Option<Vec2> {
+        let at = *clip * position.extend(1.0);
+        let ndc = at.truncate() / at.w;
+        let share = Vec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
+        (at.w > 0.0 && (0.0..=1.0).contains(&ndc.z)).then(|| self.viewport.min + share * self.viewport.size())
+    }
+
+    /// The position (local) on a polyline that appears nearest to a pixel, if it is within a radius.
+    fn nearest_on(&self, polyline: &[Vec3], view: &SurfaceView, pixel: Vec2, radius: f32) -> Option<Vec3> {
+        let clip = self.clip_from_world * Mat4::from(view.to_world());
+        let mut best = (radius, None);
+        let mut before: Option<(Vec3, Vec2)> = None;
+        for &position in polyline {
+            let at = self.project(&clip, position);
+            if let (Some((a, from)), Some(to)) = (before, at) {
+                let way = to - from;
+                let share = ((pixel - from).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
+                let distance = pixel.distance(from + share * way);
+                if distance <= best.0 {
+                    best = (distance, Some(a.lerp(position, share)));
+                }
+            }
+            before = at.map(|at| (position, at));
+        }
+        best.1
+    }
+}
+
+fn write_hits(
+    rays: Res<RayMap>,
+    pointers: Query<(&PointerId, &PointerLocation)>,
+    picker: Picker,
+    mut out: MessageWriter<PointerHits>,
+) {
+    for (id, ray) in rays.iter() {
+        let Some(eye) = Eye::new(&picker, id.camera) else { continue };
+        let order = eye.camera.order as f32;
+        let hits = |entity, depth, position: Vec3, normal, extra: Extra| {
+            let (position, camera) = (Some(position), id.camera);
+            let data = match extra {
+                Extra::Surface(hit) => HitData::new_with_extra(camera, depth, position, normal, hit),
+                Extra::Curve(hit) => HitData::new_with_extra(camera, depth, position, normal, hit),
+                Extra::None => HitData::new(camera, depth, position, normal),
+            };
+            (entity, data)
+        };
+        let mut surfaces = Vec::new();
+        for entity in &picker.surfaces {
+            let Some(hit) = picker.queries.get(entity).and_then(|view| view.ray(*ray)) else { continue };
+            let extra = Extra::Surface(SurfaceHit { point: hit.point });
+            surfaces.push(hits(entity, hit.distance, hit.position, Some(hit.normal), extra));
+        }
+        let mut layers = [(order, surfaces), (order + 0.1, vec![]), (order + 0.2, vec![]), (order + 0.3, vec![])];
+        let pixel = pointers.iter().find(|(p, _)| **p == id.pointer).and_then(|(_, at)| at.location());
+        if let Some(pixel) = pixel.map(|location| location.position) {
+            for (grab, hit) in picker.grabbed_curves(&eye, pixel) {
+                layers[1].1.push(hits(grab.entity, grab.depth, grab.position, None, Extra::Curve(hit)));
+            }
+            for grab in picker.grabbed_controls(&eye, pixel) {
+                let layer = if grab.kind == GrabKind::Handle { 3 } else { 2 };
+                layers[layer].1.push(hits(grab.entity, grab.depth, grab.position, None, Extra::None));
+            }
+        }
+        for (order, picks) in layers.into_iter().filter(|(_, picks)| !picks.is_empty()) {
+            out.write(PointerHits::new(id.pointer, picks, order));
+        }
+    }
+}
+
+/// What a hit carries besides its position.
+enum Extra {
+    None,
+    Surface(SurfaceHit),
+    Curve(CurveHit),
+}

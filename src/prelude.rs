@@ -1,0 +1,10 @@
+//! What most programs need: `use bevy_surface_splines::prelude::*`.
+
+pub use crate::curve::{HandleSide, Join, Scheme, SplineEdit, SplineEnd, SplineT};
+pub use crate::plugin::{
+    BuiltSurface, ControlKind, ControlPoint, DragState, EditSpline, Editable, GestureId, OnSurface, SplineEditRefused,
+    SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace, SurfaceChanged, SurfaceFailed,
+    SurfaceItems, SurfaceQueries, SurfaceReady, SurfaceSpline, SurfaceSplinePlugins, SurfaceSplineSystems,
+    SurfaceState, SurfaceView, TraceChanged,
+};
+pub use crate::surface::{FaceId, SurfacePoint};
