@@ -7,8 +7,8 @@ use glam::DVec2;
 use crate::geodesic::{
     PathError, PathFinder,
     inner::InnerPath,
-    tangent::{InnerTangent, lay},
-    transport::angle_at,
+    tangent::InnerTangent,
+    transport::{angle_at, direction_from, direction_to},
 };
 use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
 
@@ -82,38 +82,15 @@ impl Averager<'_> {
     pub(crate) fn turn(&self, first: Span<'_>, second: Span<'_>) -> f64 {
         let (meet, here) = first.leg.at_share(self.surface, first.to);
         let (from, _) = second.leg.at_share(self.surface, second.from);
-        let arriving = self.direction(first.leg, meet, Side::Before);
-        let leaving = self.direction(second.leg, from, Side::After);
+        let arriving = InnerTangent { face: first.leg.face(meet), vector: direction_to(self.surface, first.leg, meet) };
+        let leaving =
+            InnerTangent { face: second.leg.face(from), vector: direction_from(self.surface, second.leg, from) };
         if arriving.vector == DVec2::ZERO || leaving.vector == DVec2::ZERO {
             return 0.0;
         }
         let angle = angle_at(self.surface, &here, &arriving, &leaving).rem_euclid(TAU);
         if angle > PI { angle - TAU } else { angle }
     }
-
-    /// Direction of a leg in a stretch, or in the nearest one before or after it that has length.
-    fn direction(&self, leg: &InnerPath, stretch: usize, side: Side) -> InnerTangent {
-        let mut i = stretch;
-        loop {
-            let flat = self.surface.flat(leg.face(i));
-            let along = lay(&flat, &leg.exit(i)) - lay(&flat, &leg.entry(self.surface, i));
-            let vector = along.normalize_or_zero();
-            let next = match side {
-                Side::Before => i.checked_sub(1),
-                Side::After => Some(i + 1).filter(|n| *n < leg.stretches()),
-            };
-            match next {
-                Some(next) if vector == DVec2::ZERO => i = next,
-                _ => return InnerTangent { face: leg.face(i), vector },
-            }
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Side {
-    Before,
-    After,
 }
 
 /// Extends a strip from the face a point is spelled in to another face around the point, the shorter way around a vertex;

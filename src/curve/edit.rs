@@ -58,7 +58,7 @@ pub enum SplineEdit {
         at: SurfacePoint,
     },
     /// Removes an anchor. Between two others, their segments become one with the outer tangents, its handles longer by
-    /// the share that went.
+    /// the share that went; a mirrored neighbour becomes smooth, since one of its handles alone grew.
     Delete {
         /// Which anchor.
         anchor: u32,
@@ -83,6 +83,8 @@ pub enum SplineEdit {
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub struct SplinePatch {
+    /// Hash of the version it applies to.
+    version: u64,
     at: u32,
     remove: u32,
     insert: Vec<Anchor>,
@@ -94,16 +96,62 @@ impl SplinePatch {
     /// The smallest patch that turns `from` into `to`.
     fn between(from: &Spline, to: &Spline) -> Self {
         let (a, b) = (&from.anchors, &to.anchors);
-        let at = a.iter().zip(b).take_while(|(x, y)| x == y).count();
+        let same = |(x, y): &(&Anchor, &Anchor)| hash_anchor(x) == hash_anchor(y) && x == y;
+        let at = a.iter().zip(b).take_while(same).count();
         let rest = a.len().min(b.len()) - at;
-        let kept = a.iter().rev().zip(b.iter().rev()).take(rest).take_while(|(x, y)| x == y).count();
+        let kept = a.iter().rev().zip(b.iter().rev()).take(rest).take_while(same).count();
         Self {
+            version: hash_spline(from),
             at: at as u32,
             remove: (a.len() - kept - at) as u32,
             insert: b[at..b.len() - kept].to_vec(),
             closed: to.closed,
             scheme: to.scheme,
         }
+    }
+}
+
+/// Hashes every bit of a spline, so that a patch knows the version it was made for.
+fn hash_spline(spline: &Spline) -> u64 {
+    let mut words = Words::default();
+    words.mix(u64::from(spline.closed));
+    words.mix(u64::from(spline.scheme.levels()) << 1 | u64::from(matches!(spline.scheme, Scheme::DeCasteljau { .. })));
+    spline.anchors.iter().for_each(|a| words.mix(hash_anchor(a)));
+    words.0
+}
+
+fn hash_anchor(anchor: &Anchor) -> u64 {
+    let mut words = Words::default();
+    words.point(&anchor.point);
+    words.mix(anchor.join as u64);
+    for handle in [&anchor.incoming, &anchor.outgoing] {
+        let (leg, heading) = (&handle.leg, &handle.heading);
+        words.point(&leg.start);
+        words.point(&leg.end);
+        for c in &leg.crossings {
+            words.mix(u64::from(c.face.0) << 8 | u64::from(c.side));
+            words.mix(c.at.to_bits());
+        }
+        words.mix(u64::from(heading.face.0));
+        for x in [leg.length, heading.vector.x, heading.vector.y, handle.wished_length] {
+            words.mix(x.to_bits());
+        }
+    }
+    words.0
+}
+
+#[derive(Default)]
+struct Words(u64);
+
+impl Words {
+    fn mix(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        self.0 ^= self.0 >> 32;
+    }
+
+    fn point(&mut self, point: &SurfacePoint) {
+        self.mix(u64::from(point.face.0));
+        point.weights.iter().for_each(|w| self.mix(w.to_bits()));
     }
 }
 
@@ -127,6 +175,12 @@ pub enum EditError {
     /// The patch was made for another version of the spline.
     #[error("this restores another version of the spline: undo what came after it first")]
     OtherVersion,
+    /// A handle of a whole spline does not begin at its anchor, or its length is not a length.
+    #[error("a handle of anchor {anchor} does not belong to it: make the spline anew on this surface")]
+    BadHandle {
+        /// Which anchor.
+        anchor: u32,
+    },
     /// A point does not belong to the surface.
     #[error(transparent)]
     Point(#[from] PointError),
@@ -180,6 +234,7 @@ impl Spline {
         to: SurfacePoint,
     ) -> Result<(), EditError> {
         let i = self.index(anchor)?;
+        let to = handles::without_negative_zeros(to);
         if self.anchors[i].point.same_bits(&to) {
             return Ok(());
         }
@@ -284,6 +339,11 @@ impl Spline {
                 let incoming = stretched(anchor, &anchor.incoming, 1.0 / (1.0 - share))?;
                 self.anchors[before].outgoing = outgoing;
                 self.anchors[after].incoming = incoming;
+                for k in [before, after] {
+                    if self.anchors[k].join == Join::Mirrored {
+                        self.anchors[k].join = Join::Smooth;
+                    }
+                }
             }
         }
         self.anchors.remove(i);
@@ -315,8 +375,9 @@ impl Spline {
     }
 
     fn restore(&mut self, patch: &SplinePatch) -> Result<(), EditError> {
-        let (at, end) = (patch.at as usize, patch.at as usize + patch.remove as usize);
-        if end > self.anchors.len() {
+        let (at, remove) = (patch.at as usize, patch.remove as usize);
+        let end = at.checked_add(remove).filter(|end| *end <= self.anchors.len()).ok_or(EditError::OtherVersion)?;
+        if patch.version != hash_spline(self) {
             return Err(EditError::OtherVersion);
         }
         self.anchors.splice(at..end, patch.insert.iter().cloned());
@@ -329,11 +390,23 @@ impl Spline {
         if self.anchors.len() < 2 {
             return Err(EditError::TooFewAnchors);
         }
-        for anchor in &self.anchors {
+        let first = self.anchors[0].point;
+        for (i, anchor) in self.anchors.iter().enumerate() {
             surface.inner_point(&anchor.point)?;
+            if surface.sheet(anchor.point.face) != surface.sheet(first.face) {
+                return Err(PathError::NoPath { from: first, to: anchor.point }.into());
+            }
             for handle in [&anchor.incoming, &anchor.outgoing] {
-                crate::geodesic::inner::InnerPath::from_outer(surface, &handle.leg)?;
-                surface.inner_tangent(&handle.heading)?;
+                let leg = crate::geodesic::inner::InnerPath::from_outer(surface, &handle.leg)?;
+                let lengths = [handle.wished_length, handle.leg.length];
+                let tolerance = 1e-9 * surface.diagonal();
+                if !surface.same_place(&handle.leg.start, &anchor.point)
+                    || lengths.iter().any(|l| !l.is_finite() || *l < 0.0)
+                    || (leg.length - handle.leg.length).abs() > tolerance
+                {
+                    return Err(EditError::BadHandle { anchor: i as u32 });
+                }
+                surface.inner_tangent_at(&anchor.point, &handle.heading)?;
             }
         }
         Ok(())

@@ -8,7 +8,7 @@ use super::{Anchor, Handle, Join, Spline};
 use crate::geodesic::{
     GeodesicPath, PathError, PathFinder, Tangent,
     inner::InnerPath,
-    tangent::{InnerTangent, turn_at},
+    tangent::{InnerTangent, turn_at, unit},
     transport::{angle_at, initial_direction, transport},
     walk::walk,
 };
@@ -23,9 +23,15 @@ fn bare_handle(anchor: SurfacePoint) -> Handle {
     Handle { leg, heading: Tangent { face: anchor.face, vector: DVec2::ZERO }, wished_length: 0.0 }
 }
 
+/// −0 equals 0 but has other bits, and a spline is to come back from an edit bit for bit.
+pub(crate) fn without_negative_zeros(point: SurfacePoint) -> SurfacePoint {
+    SurfacePoint { face: point.face, weights: point.weights.map(|w| w + 0.0) }
+}
+
 /// An anchor whose handles have no length.
 pub(crate) fn bare_anchor(surface: &Surface, point: SurfacePoint) -> Result<Anchor, PointError> {
     surface.inner_point(&point)?;
+    let point = without_negative_zeros(point);
     Ok(Anchor { point, join: Join::Corner, incoming: bare_handle(point), outgoing: bare_handle(point) })
 }
 
@@ -42,6 +48,9 @@ pub(crate) fn towards(
     Ok(Handle { wished_length: leg.length(), heading, leg })
 }
 
+/// Handles longer than this many diagonals are cut short: they would wind around the model for ever.
+const MAX_LENGTH: f64 = 16.0;
+
 /// The handle in a direction at some distance, reached by walking straight ahead; cut short at the boundary.
 pub(crate) fn ahead(
     surface: &Surface,
@@ -49,8 +58,9 @@ pub(crate) fn ahead(
     heading: &InnerTangent,
     length: f64,
 ) -> Result<Handle, PointError> {
-    let unit = InnerTangent { face: heading.face, vector: heading.vector.normalize_or_zero() };
-    let walked = walk(surface, &surface.inner_point(anchor)?, &unit, length);
+    let unit = InnerTangent { face: heading.face, vector: unit(heading.vector) };
+    let reach = length.min(MAX_LENGTH * surface.diagonal());
+    let walked = walk(surface, &surface.inner_point(anchor)?, &unit, reach);
     Ok(Handle { leg: walked.path.to_outer(surface), heading: surface.outer_tangent(&unit), wished_length: length })
 }
 

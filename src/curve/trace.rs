@@ -11,6 +11,8 @@ use crate::surface::{InnerPoint, Surface, SurfacePoint};
 /// What a segment's trace depends on: two equal keys have one trace, bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SegmentKey {
+    /// Fingerprint of the surface.
+    pub(crate) surface: u64,
     /// First and last leg of the control polygon; both point away from their anchors.
     pub(crate) legs: [GeodesicPath; 2],
     pub(crate) scheme: Scheme,

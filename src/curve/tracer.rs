@@ -149,7 +149,7 @@ impl Spline {
         let mut retraced = Vec::new();
         let mut segments = Vec::with_capacity(self.segment_count());
         for i in 0..self.segment_count() {
-            let key = self.key(i);
+            let key = self.key(surface, i);
             // An edit may have shifted segments by one: look at the neighbours too.
             let near = [Some(i), i.checked_sub(1), Some(i + 1)];
             let same = near.into_iter().flatten().filter_map(|k| known.get(k)).find(|s| s.key.as_ref() == Some(&key));
@@ -181,13 +181,17 @@ impl Spline {
         let place = if inside { t.split(segments) } else { None };
         let (segment, local) = place.ok_or(TraceError::Parameter { t: t.0, segments })?;
         let mut averager = Averager { surface, finder: &mut workspace.finder };
-        let legs = legs_of_key(&mut averager, &self.key(segment))?;
+        let legs = legs_of_key(&mut averager, &self.key(surface, segment))?;
         evaluate_segment(&mut averager, legs, self.scheme, local)
     }
 
-    fn key(&self, segment: usize) -> SegmentKey {
+    fn key(&self, surface: &Surface, segment: usize) -> SegmentKey {
         let (from, to) = (&self.anchors[segment], &self.anchors[(segment + 1) % self.anchors.len()]);
-        SegmentKey { legs: [from.outgoing.leg.clone(), to.incoming.leg.clone()], scheme: self.scheme }
+        SegmentKey {
+            surface: surface.fingerprint(),
+            legs: [from.outgoing.leg.clone(), to.incoming.leg.clone()],
+            scheme: self.scheme.with_levels(self.scheme.levels()),
+        }
     }
 }
 

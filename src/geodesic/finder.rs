@@ -92,8 +92,7 @@ impl PathFinder {
         let backwards = order(to, from).is_lt();
         let (first, second) = if backwards { (to, from) } else { (from, to) };
         if let Some((start, end)) = in_one_face(surface, first, second) {
-            *out = InnerPath { start, end, ..InnerPath::default() };
-            out.measure(surface);
+            out.set_straight(surface, start, end);
         } else {
             let mut strip = std::mem::take(&mut self.strip);
             let found = self.search.run(surface, first, second, &mut strip);

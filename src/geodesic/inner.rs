@@ -57,6 +57,14 @@ impl InnerPath {
         side_position(surface, h, t)
     }
 
+    /// Makes this a path of one stretch, keeping its memory.
+    pub(crate) fn set_straight(&mut self, surface: &Surface, start: InnerPoint, end: InnerPoint) {
+        (self.start, self.end, self.frozen) = (start, end, false);
+        self.strip.clear();
+        self.at.clear();
+        self.measure(surface);
+    }
+
     /// Fills in distances from the crossings' positions.
     pub(crate) fn measure(&mut self, surface: &Surface) {
         self.travelled.clear();
@@ -182,8 +190,8 @@ pub(crate) fn between(a: &InnerPoint, b: &InnerPoint, share: f64) -> InnerPoint 
     }
     let mut weights = [0.0; 3];
     for (k, w) in weights.iter_mut().enumerate() {
-        *w = (a.weights[k] + share * (b.weights[k] - a.weights[k])).max(0.0);
+        *w = (a.weights[k] + share * (b.weights[k] - a.weights[k])).max(0.0) + 0.0;
     }
     let sum: f64 = weights.iter().sum();
-    InnerPoint { face: a.face, weights: weights.map(|w| w / sum) }
+    InnerPoint { face: a.face, weights: weights.map(|w| w / sum) }.snapped()
 }

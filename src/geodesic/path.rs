@@ -92,8 +92,11 @@ impl GeodesicPath {
     /// The point at a share of the length, 0 at the start and 1 at the end.
     ///
     /// # Errors
-    /// [`PointError`] if the path belongs to another surface.
+    /// [`PointError`] if the path belongs to another surface, or the share is NaN.
     pub fn at(&self, surface: &Surface, share: f64) -> Result<SurfacePoint, PointError> {
+        if share.is_nan() {
+            return Err(PointError::NotFinite("the share", self.start.face));
+        }
         let inner = InnerPath::from_outer(surface, self)?;
         Ok(surface.outer_point(&inner.at_share(surface, share).1))
     }

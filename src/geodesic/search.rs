@@ -102,7 +102,7 @@ impl Search {
             if priority >= arrived && label.lower_bound(surface, slack, goal) >= arrived {
                 continue; // no path through this side can be shorter, however the middle misleads
             }
-            if self.pool.len() > MAX_LABELS_A_SIDE * self.best.len() {
+            if self.pool.len() > MAX_LABELS_A_SIDE * 3 * surface.triangles.len() {
                 break;
             }
             let twin = surface.twin(label.side);

@@ -13,9 +13,13 @@ use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
 
 /// Turns below this are straight.
 const STRAIGHT: f64 = 1e-9;
-/// A strip counts as shorter only if it is shorter by this share: below it rounding decides.
-const SHORTER: f64 = 1.0 - 1e-13;
+/// A strip counts as shorter only if it is shorter by this share of its length, and by this share of its longest side: below
+/// that rounding decides, and flips would undo each other for ever.
+const GAIN: f64 = 1e-13;
+const NOISE: f64 = 64.0 * f64::EPSILON;
 
+/// Sweeps in a row that may leave the length as it is.
+const MAX_STALLED: usize = 8;
 /// How often a straightened path may be moved off vertices it runs straight through; each time it gets shorter.
 const MAX_ROUNDS: usize = 1000;
 
@@ -29,6 +33,8 @@ pub(crate) struct Straightener {
     best: Vec<HalfEdge>,
     fan: Vec<HalfEdge>,
     straight_through: Vec<Bend>,
+    /// Differences of length below this are rounding.
+    noise: f64,
     /// Sweeps and flips since the beginning, for statistics.
     pub(crate) sweeps: u64,
     pub(crate) flips: u64,
@@ -55,6 +61,7 @@ impl Straightener {
         for &h in strip.iter() {
             push(surface, &mut self.strip, h);
         }
+        self.noise = NOISE * longest_side(surface, &start, &self.strip);
         out.frozen = true;
         for _ in 0..MAX_ROUNDS {
             let met_bound = self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
@@ -65,6 +72,8 @@ impl Straightener {
                 break;
             }
         }
+        self.funnel.pull(surface, &start, &end, &self.strip, &mut self.bends);
+        self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
         (out.start, out.end) = (start, end);
         out.strip.clear();
         out.strip.extend_from_slice(&self.strip);
@@ -90,7 +99,8 @@ impl Straightener {
                 continue;
             }
             self.splice(surface, bend);
-            if self.funnel.pull(surface, start, end, &self.strip, &mut self.bends) < length * SHORTER {
+            let shorter = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            if self.gains(length, shorter) {
                 found = true;
                 break;
             }
@@ -99,6 +109,11 @@ impl Straightener {
         }
         self.straight_through = candidates;
         found
+    }
+
+    /// Whether the second length is less than the first by more than rounding.
+    fn gains(&self, before: f64, after: f64) -> bool {
+        before - after > (GAIN * before).max(self.noise)
     }
 
     /// Replaces the bend's run of sides by those in `fan`; the strip as it was is then in `next`.
@@ -128,19 +143,20 @@ impl Straightener {
             }
             clean_ends(surface, start, end, &mut self.strip);
             length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
-            if length < best.0 * SHORTER {
-                best = (length, *start, *end);
-                self.best.clone_from(&self.strip);
-                stalled = 0;
-            } else {
-                stalled += 1;
-                if stalled >= 3 || length > best.0 * (2.0 - SHORTER) {
-                    met_bound = false;
-                    break;
-                }
+            if self.gains(length, best.0) {
+                met_bound = false;
+                break;
+            }
+            // Equal but for rounding: angles know better than lengths then, but not for ever.
+            stalled = if self.gains(best.0, length) { 0 } else { stalled + 1 };
+            best = (length, *start, *end);
+            self.best.clone_from(&self.strip);
+            if stalled >= MAX_STALLED {
+                met_bound = false;
+                break;
             }
         }
-        if length > best.0 || stalled > 0 {
+        if length > best.0 {
             (*start, *end) = (best.1, best.2);
             std::mem::swap(&mut self.strip, &mut self.best);
             self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
@@ -192,7 +208,7 @@ impl Straightener {
             }
             self.splice(surface, &bend);
             let shorter = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
-            if shorter < length * SHORTER {
+            if self.gains(length, shorter) {
                 length = shorter;
                 refused.clear();
                 self.flips += 1;
@@ -204,6 +220,12 @@ impl Straightener {
         }
         false
     }
+}
+
+/// The longest side of the faces in a strip.
+fn longest_side(surface: &Surface, start: &InnerPoint, strip: &[HalfEdge]) -> f64 {
+    let of_face = |face: u32| surface.lengths[face as usize].iter().fold(0.0_f64, |m, l| m.max(*l));
+    strip.iter().fold(of_face(start.face), |m, h| m.max(of_face(surface.twin(*h).face())))
 }
 
 /// Whether passing the bend's vertex on its other side makes the path shorter, if there is another side.

@@ -53,6 +53,9 @@ impl Surface {
     /// [`PointError`] if the point does not belong to the surface.
     pub fn tangent(&self, at: &SurfacePoint, direction: DVec3) -> Result<Tangent, PointError> {
         let face = self.inner_face(at.face)?;
+        if !direction.is_finite() {
+            return Err(PointError::NotFinite("the direction", at.face));
+        }
         let (x, y) = self.frame(face);
         let vector = DVec2::new(direction.dot(x), direction.dot(y));
         Ok(self.outer_tangent(&InnerTangent { face, vector }))
@@ -81,7 +84,10 @@ impl Surface {
     /// # Errors
     /// [`PointError`] if point or tangent do not belong to the surface.
     pub fn turned(&self, at: &SurfacePoint, tangent: &Tangent, angle: f64) -> Result<Tangent, PointError> {
-        let (point, tangent) = (self.inner_point(at)?, self.inner_tangent(tangent)?);
+        let (point, tangent) = self.inner_tangent_at(at, tangent)?;
+        if !angle.is_finite() {
+            return Err(PointError::NotFinite("the angle", at.face));
+        }
         Ok(self.outer_tangent(&turn_at(self, &point, &tangent, angle)))
     }
 
@@ -104,9 +110,22 @@ impl Surface {
     pub(crate) fn inner_tangent(&self, tangent: &Tangent) -> Result<InnerTangent, PointError> {
         let face = self.inner_face(tangent.face)?;
         if !tangent.vector.is_finite() {
-            return Err(PointError::BadTangent(tangent.face));
+            return Err(PointError::NotFinite("the tangent vector", tangent.face));
         }
         Ok(InnerTangent { face, vector: self.input_axis(face).rotate(tangent.vector) })
+    }
+
+    /// A point and a tangent vector there, which must be spelled in a face around the point.
+    pub(crate) fn inner_tangent_at(
+        &self,
+        at: &SurfacePoint,
+        tangent: &Tangent,
+    ) -> Result<(InnerPoint, InnerTangent), PointError> {
+        let (point, inner) = (self.inner_point(at)?, self.inner_tangent(tangent)?);
+        match spell_in(self, &point, inner.face) {
+            Some(_) => Ok((point, inner)),
+            None => Err(PointError::ForeignTangent { point: at.face, tangent: tangent.face }),
+        }
     }
 
     pub(crate) fn outer_tangent(&self, inner: &InnerTangent) -> Tangent {
@@ -114,6 +133,23 @@ impl Surface {
         let vector = DVec2::new(axis.x, -axis.y).rotate(inner.vector);
         Tangent { face: self.outer_side(HalfEdge::new(inner.face, 0)).0, vector }
     }
+}
+
+/// The spelling of a point in some face, if that face is around it.
+pub(crate) fn spell_in(surface: &Surface, at: &InnerPoint, face: u32) -> Option<InnerPoint> {
+    let mut found = None;
+    surface.for_each_spelling(at, |p| {
+        if p.face == face {
+            found = Some(p);
+        }
+    });
+    found
+}
+
+/// The vector with length one; zero only for the zero vector, however short or long it is.
+pub(crate) fn unit(vector: DVec2) -> DVec2 {
+    let largest = vector.abs().max_element();
+    if largest > 0.0 && largest.is_finite() { (vector / largest).normalize_or_zero() } else { DVec2::ZERO }
 }
 
 /// A point of a face in the plane.
@@ -143,22 +179,21 @@ pub(crate) fn angle_between(from: DVec2, to: DVec2) -> f64 {
 /// Carries a tangent vector at a point into the face it points into, so that a walk can begin there; `None` where it points
 /// over the boundary.
 pub(crate) fn settle(surface: &Surface, at: &InnerPoint, tangent: &InnerTangent) -> Option<(InnerPoint, InnerTangent)> {
-    let mut at = *at;
-    if at.face != tangent.face {
-        let mut spelled = None;
-        surface.for_each_spelling(&at, |p| {
-            if p.face == tangent.face {
-                spelled = Some(p);
-            }
-        });
-        at = spelled?;
-    }
+    /// Angles below this are rounding.
+    const ALONG: f64 = 1e-12;
+    let at = spell_in(surface, at, tangent.face)?;
     match at.zeros() {
         Zeros::None => Some((at, *tangent)),
         Zeros::Side(k) => {
             let h = HalfEdge::new(at.face, k);
-            if side_direction(&surface.flat(at.face), h).perp_dot(tangent.vector) >= 0.0 {
+            let along = side_direction(&surface.flat(at.face), h);
+            let inwards = along.perp_dot(tangent.vector);
+            if inwards >= 0.0 {
                 return Some((at, *tangent));
+            }
+            if inwards > -ALONG * tangent.vector.length() {
+                let vector = along * along.dot(tangent.vector).signum() * tangent.vector.length();
+                return Some((at, InnerTangent { face: at.face, vector }));
             }
             let there = surface.across(&at, h)?;
             Some((there, InnerTangent { face: there.face, vector: over_hinge(surface, h, tangent.vector) }))
@@ -170,20 +205,39 @@ pub(crate) fn settle(surface: &Surface, at: &InnerPoint, tangent: &InnerTangent)
             if angle <= corner {
                 return Some((at, *tangent));
             }
-            // Rounding just clockwise of the side.
-            if TAU - angle < 1e-12 {
-                return Some(in_corner(surface, h, 0.0, tangent.vector.length()));
+            let length = tangent.vector.length();
+            if TAU - angle < ALONG {
+                return Some(in_corner(surface, h, 0.0, length));
             }
             let vertex = surface.origin(h);
             let total = surface.angle[vertex as usize];
-            let rest = (angle - corner) * (total - corner).max(0.0) / (TAU - corner).max(f64::MIN_POSITIVE);
             if surface.boundary[vertex as usize] {
-                // No scaling where the fan is open: turn counter-clockwise if the vector still lies in the fan that way.
-                return fan_out(surface, h, angle, tangent.vector.length());
+                // The fan is open and angles are as they are: the vector lies in it counter-clockwise of its face, or
+                // clockwise, or not at all.
+                let before = angle_before(surface, h)?;
+                let first = surface.outgoing[vertex as usize];
+                let ways = [before + angle, before + angle - TAU];
+                let inside = ways.into_iter().find(|a| (-ALONG..=total + ALONG).contains(a))?;
+                return fan_out(surface, first, inside.clamp(0.0, total), length);
             }
-            fan_out(surface, h, corner + rest, tangent.vector.length())
+            let rest = (angle - corner) * (total - corner).max(0.0) / (TAU - corner).max(f64::MIN_POSITIVE);
+            fan_out(surface, h, corner + rest, length)
         }
     }
+}
+
+/// Angle from the first outgoing side of the vertex at the origin of `h` counter-clockwise to `h`.
+pub(crate) fn angle_before(surface: &Surface, goal: HalfEdge) -> Option<f64> {
+    let first = surface.outgoing[surface.origin(goal) as usize];
+    let (mut h, mut sum) = (first, 0.0);
+    while h != goal {
+        sum += surface.corner_angle(h);
+        h = surface.counter_clockwise(h);
+        if !h.is_some() || h == first {
+            return None;
+        }
+    }
+    Some(sum)
 }
 
 /// The vector of some length at the origin of `h` that lies `angle` counter-clockwise of it, or `None` over the boundary.
@@ -202,7 +256,7 @@ pub(crate) fn fan_out(surface: &Surface, h: HalfEdge, angle: f64, length: f64) -
             return Some(in_corner(surface, first, 0.0, length));
         }
         if !next.is_some() {
-            return (rest < 1e-12).then(|| in_corner(surface, h, corner, length));
+            return (rest < 1e-9).then(|| in_corner(surface, h, corner, length));
         }
         h = next;
     }

@@ -7,7 +7,10 @@ use glam::DVec2;
 use super::{
     GeodesicPath, PathError,
     inner::InnerPath,
-    tangent::{InnerTangent, Tangent, angle_between, lay, over_hinge, settle, side_direction, turn_at},
+    tangent::{
+        InnerTangent, Tangent, angle_before, angle_between, lay, over_hinge, settle, side_direction, spell_in, turn_at,
+        unit,
+    },
 };
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint, Zeros};
 
@@ -31,7 +34,8 @@ impl Surface {
     /// # Errors
     /// [`PointError`] if path or tangent do not belong to the surface.
     pub fn transport(&self, path: &GeodesicPath, tangent: &Tangent) -> Result<Tangent, PointError> {
-        let (path, tangent) = (InnerPath::from_outer(self, path)?, self.inner_tangent(tangent)?);
+        let (_, tangent) = self.inner_tangent_at(&path.start, tangent)?;
+        let path = InnerPath::from_outer(self, path)?;
         Ok(self.outer_tangent(&transport(self, &path, &tangent)))
     }
 }
@@ -49,31 +53,93 @@ impl GeodesicPath {
     }
 }
 
-/// Unit direction at the start of a path, in the frame of the first face where it has length; zero if it has none.
+/// Unit direction at the start of a path, in the frame of its first face; zero if it has no length.
 pub(crate) fn initial_direction(surface: &Surface, path: &InnerPath) -> InnerTangent {
-    for i in 0..path.stretches() {
-        let direction = stretch_direction(surface, path, i);
-        if direction != DVec2::ZERO {
-            return InnerTangent { face: path.face(i), vector: direction };
-        }
-    }
-    InnerTangent { face: path.start.face, vector: DVec2::ZERO }
+    InnerTangent { face: path.start.face, vector: direction_from(surface, path, 0) }
 }
 
-/// Unit direction at the end of a path, in the frame of the last face where it has length; zero if it has none.
+/// Unit direction at the end of a path, in the frame of its last face; zero if it has no length.
 pub(crate) fn final_direction(surface: &Surface, path: &InnerPath) -> InnerTangent {
-    for i in (0..path.stretches()).rev() {
-        let direction = stretch_direction(surface, path, i);
-        if direction != DVec2::ZERO {
-            return InnerTangent { face: path.face(i), vector: direction };
-        }
-    }
-    InnerTangent { face: path.end.face, vector: DVec2::ZERO }
+    InnerTangent { face: path.end.face, vector: direction_to(surface, path, path.stretches() - 1) }
 }
 
-fn stretch_direction(surface: &Surface, path: &InnerPath, i: usize) -> DVec2 {
-    let flat = surface.flat(path.face(i));
-    (lay(&flat, &path.exit(i)) - lay(&flat, &path.entry(surface, i))).normalize_or_zero()
+/// Stretches shorter than this share of their face's longest side have no direction to trust; the line is followed further.
+const FAR_ENOUGH: f64 = 1e-3;
+
+/// The same where the path bends at a vertex: a bend nearer than this may be on the wrong side of it, which costs less than
+/// rounding.
+const FAR_TO_BEND: f64 = 1e-6;
+
+/// Unit direction in which a path leaves the beginning of a stretch, in the frame of that stretch's face.
+///
+/// The faces ahead are unfolded until the line is long enough or bends at a vertex.
+pub(crate) fn direction_from(surface: &Surface, path: &InnerPath, stretch: usize) -> DVec2 {
+    let begin = lay(&surface.flat(path.face(stretch)), &path.entry(surface, stretch));
+    let mut unfolding = Unfolding::default();
+    let mut along = DVec2::ZERO;
+    for i in stretch..path.stretches() {
+        let end = unfolding.place(lay(&surface.flat(path.face(i)), &path.exit(i)));
+        along = end - begin;
+        let bends = i < path.strip.len() && vertex_of(surface, path, i).is_some();
+        if is_far(surface, path, i, along, bends) || i >= path.strip.len() {
+            break;
+        }
+        unfolding.step(surface, path.strip[i]);
+    }
+    unit(along)
+}
+
+/// Unit direction in which a path arrives at the end of a stretch, in the frame of that stretch's face.
+pub(crate) fn direction_to(surface: &Surface, path: &InnerPath, stretch: usize) -> DVec2 {
+    let end = lay(&surface.flat(path.face(stretch)), &path.exit(stretch));
+    let mut unfolding = Unfolding::default();
+    let mut along = DVec2::ZERO;
+    for i in (0..=stretch).rev() {
+        let begin = unfolding.place(lay(&surface.flat(path.face(i)), &path.entry(surface, i)));
+        along = end - begin;
+        let Some(before) = i.checked_sub(1) else { break };
+        let bends = vertex_of(surface, path, before).is_some();
+        if is_far(surface, path, i, along, bends) {
+            break;
+        }
+        unfolding.step(surface, surface.twin(path.strip[before]));
+    }
+    unit(along)
+}
+
+fn is_far(surface: &Surface, path: &InnerPath, i: usize, along: DVec2, bends: bool) -> bool {
+    let longest = surface.lengths[path.face(i) as usize].iter().fold(0.0_f64, |m, l| m.max(*l));
+    along.length() > longest * if bends { FAR_TO_BEND } else { FAR_ENOUGH }
+}
+
+/// Lays the frames of consecutive faces into the frame of the first.
+struct Unfolding {
+    turn: DVec2,
+    shift: DVec2,
+}
+
+impl Default for Unfolding {
+    fn default() -> Self {
+        Self { turn: DVec2::X, shift: DVec2::ZERO }
+    }
+}
+
+impl Unfolding {
+    fn place(&self, p: DVec2) -> DVec2 {
+        self.turn.rotate(p) + self.shift
+    }
+
+    /// Goes over side `h` to the face behind.
+    fn step(&mut self, surface: &Surface, h: HalfEdge) {
+        let (here, there) = (surface.flat(h.face()), surface.flat(surface.twin(h).face()));
+        let twin = surface.twin(h);
+        let (from, to) = (-side_direction(&there, twin), side_direction(&here, h));
+        let hinge = DVec2::new(from.dot(to), from.perp_dot(to));
+        let turn = self.turn.rotate(hinge);
+        let origin = self.place(here[h.side()]);
+        self.turn = turn;
+        self.shift = origin - turn.rotate(there[twin.next().side()]);
+    }
 }
 
 /// Parallel transport in inner spelling.
@@ -112,44 +178,30 @@ fn spelled_at(surface: &Surface, at: &InnerPoint, tangent: &InnerTangent) -> Inn
     settle(surface, at, tangent).map_or(*tangent, |(_, settled)| settled)
 }
 
-/// The spelling of a point in some face.
-fn spell_in(surface: &Surface, at: &InnerPoint, face: u32) -> Option<InnerPoint> {
-    let mut found = None;
-    surface.for_each_spelling(at, |p| {
-        if p.face == face {
-            found = Some(p);
-        }
-    });
-    found
-}
-
 /// Angle from one vector at a point counter-clockwise to another; at a vertex scaled so that a full turn is 2π.
 pub(crate) fn angle_at(surface: &Surface, at: &InnerPoint, from: &InnerTangent, to: &InnerTangent) -> f64 {
-    if let Zeros::Corner(k) = at.zeros() {
-        let vertex = surface.triangles[at.face as usize][k as usize];
-        if !surface.boundary[vertex as usize] {
-            let (Some(a), Some(b)) = (star_angle(surface, at, from), star_angle(surface, at, to)) else { return 0.0 };
-            return (b - a) * TAU / surface.angle[vertex as usize].max(f64::MIN_POSITIVE);
+    match at.zeros() {
+        Zeros::Corner(k) => {
+            let vertex = surface.triangles[at.face as usize][k as usize] as usize;
+            match (star_angle(surface, at, from), star_angle(surface, at, to)) {
+                (Some(a), Some(b)) if surface.boundary[vertex] => b - a,
+                (Some(a), Some(b)) => (b - a) * TAU / surface.angle[vertex].max(f64::MIN_POSITIVE),
+                // A vector that points over the boundary has no place among the faces, but it has in its frame.
+                _ if from.face == to.face => angle_between(from.vector, to.vector),
+                _ => 0.0,
+            }
         }
-    }
-    if from.face == to.face {
-        return angle_between(from.vector, to.vector);
-    }
-    // On a side: the vectors lie in the two faces at a hinge (or in the fan of a boundary vertex).
-    let mut h = HalfEdge::NONE;
-    for k in 0..3 {
-        let side = HalfEdge::new(from.face, k);
-        let twin = surface.twin(side);
-        if twin.is_some() && twin.face() == to.face {
-            h = twin;
+        _ if from.face == to.face => angle_between(from.vector, to.vector),
+        Zeros::Side(k) => {
+            // The vectors lie in the two faces at this hinge.
+            let h = HalfEdge::new(at.face, k);
+            let back = if to.face == h.face() { h } else { surface.twin(h) };
+            if !back.is_some() || !surface.twin(back).is_some() {
+                return 0.0;
+            }
+            angle_between(from.vector, over_hinge(surface, back, to.vector))
         }
-    }
-    if h.is_some() {
-        return angle_between(from.vector, over_hinge(surface, h, to.vector));
-    }
-    match (star_angle(surface, at, from), star_angle(surface, at, to)) {
-        (Some(a), Some(b)) => b - a,
-        _ => 0.0,
+        Zeros::None => 0.0,
     }
 }
 
@@ -161,16 +213,7 @@ fn star_angle(surface: &Surface, at: &InnerPoint, tangent: &InnerTangent) -> Opt
     let corner = surface.corner_angle(goal);
     let inside = angle_between(side_direction(&surface.flat(p.face), goal), settled.vector);
     let inside = if inside > corner { if inside > 0.5 * (TAU + corner) { 0.0 } else { corner } } else { inside };
-    let first = surface.outgoing[surface.origin(goal) as usize];
-    let (mut h, mut sum) = (first, 0.0);
-    while h != goal {
-        sum += surface.corner_angle(h);
-        h = surface.counter_clockwise(h);
-        if !h.is_some() || h == first {
-            return None;
-        }
-    }
-    Some(sum + inside)
+    Some(angle_before(surface, goal)? + inside)
 }
 
 /// The vertex at which crossing `i` lies, if it lies at one.

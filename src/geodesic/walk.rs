@@ -5,22 +5,26 @@ use glam::DVec2;
 use super::{
     GeodesicPath,
     inner::{InnerPath, between},
-    tangent::{InnerTangent, Tangent, angle_between, fan_out, lay, over_hinge, settle, side_direction},
+    tangent::{InnerTangent, Tangent, angle_between, fan_out, lay, over_hinge, settle, side_direction, unit},
 };
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
 
 /// A crossing this close to an end of its side (as a share of it) counts as the vertex: well above the rounding of a walk
 /// over a thousand faces, well below what a person can aim at.
 const AT_VERTEX: f64 = 1e-9;
-/// Faces that one walk may cross.
-const MAX_FACES: usize = 1_000_000;
+/// … but only if the line passes it by less than this share of its way through the face: who starts a hair beside a vertex
+/// does not run into it.
+const HEAD_ON: f64 = 1e-6;
+/// No walk takes more steps than this.
+const MAX_STEPS: f64 = 1e6;
 
 /// What ended a walk early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WalkStop {
     /// It ran into the boundary, or into a vertex on the boundary, where straight ahead is not defined.
     Boundary,
-    /// It crossed a million faces.
+    /// It took as many steps as the mesh lets one expect: eight for each mean edge of its length and four for each face,
+    /// and at most a million.
     StepLimit,
 }
 
@@ -66,10 +70,10 @@ impl Surface {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn walk(&self, from: &SurfacePoint, heading: &Tangent, distance: f64) -> Result<Walk, PointError> {
-        let (from, heading) = (self.inner_point(from)?, self.inner_tangent(heading)?);
         if !distance.is_finite() {
-            return Err(PointError::BadTangent(self.outer_point(&from).face));
+            return Err(PointError::NotFinite("the distance", from.face));
         }
+        let (from, heading) = self.inner_tangent_at(from, heading)?;
         let walk = walk(self, &from, &heading, distance);
         Ok(Walk { path: walk.path.to_outer(self), heading: self.outer_tangent(&walk.heading), stopped: walk.stopped })
     }
@@ -85,9 +89,10 @@ impl Surface {
 
 /// Walks straight ahead, in inner spelling. A negative distance counts as zero.
 pub(crate) fn walk(surface: &Surface, from: &InnerPoint, heading: &InnerTangent, distance: f64) -> InnerWalk {
-    let unit = heading.vector.try_normalize();
-    let (Some(unit), true) = (unit, distance > 0.0) else { return stay(surface, from, *heading, None) };
-    let heading = InnerTangent { face: heading.face, vector: unit };
+    let heading = InnerTangent { face: heading.face, vector: unit(heading.vector) };
+    if heading.vector == DVec2::ZERO || distance <= 0.0 {
+        return stay(surface, from, heading, None);
+    }
     let Some((start, heading)) = settle(surface, from, &heading) else {
         return stay(surface, from, heading, Some(WalkStop::Boundary));
     };
@@ -100,7 +105,9 @@ pub(crate) fn walk(surface: &Surface, from: &InnerPoint, heading: &InnerTangent,
         rest: distance,
     };
     let mut stopped = Some(WalkStop::StepLimit);
-    while walker.path.strip.len() < MAX_FACES {
+    let mean = surface.mean_edge[surface.sheet[start.face as usize] as usize];
+    let steps = 1000.0 + 4.0 * surface.triangles.len() as f64 + 8.0 * distance / mean.max(f64::MIN_POSITIVE);
+    for _ in 0..steps.min(MAX_STEPS) as usize {
         match walker.step() {
             Step::Crossed => {}
             Step::Arrived => {
@@ -161,10 +168,10 @@ impl Walker<'_> {
             return Step::Arrived;
         }
         self.rest -= ahead;
-        if t < AT_VERTEX {
+        if t < AT_VERTEX && s0.abs() <= HEAD_ON * ahead {
             return self.through_vertex(side, &flat);
         }
-        if t > 1.0 - AT_VERTEX {
+        if t > 1.0 - AT_VERTEX && s1.abs() <= HEAD_ON * ahead {
             return self.through_vertex(side.next(), &flat);
         }
         self.at = exit;
@@ -212,12 +219,16 @@ impl Walker<'_> {
         }
         let ahead = back + 0.5 * surface.angle[vertex as usize];
         let Some((there, heading)) = fan_out(surface, h, ahead, 1.0) else { return Step::Blocked };
-        // The strip turns counter-clockwise about the vertex, through sides that end there.
+        // The strip turns counter-clockwise about the vertex, through sides that end there: a whole turn if the line comes
+        // back into its face, since only a crossing can bend.
         let mut spoke = h;
-        while spoke.face() != there.face {
+        loop {
             self.path.strip.push(spoke.prev());
             self.path.at.push(1.0);
             spoke = surface.counter_clockwise(spoke);
+            if spoke.face() == there.face || spoke == h {
+                break;
+            }
         }
         self.at = there;
         self.direction = heading.vector;

@@ -84,6 +84,7 @@ pub(crate) fn build(
         boundary: vec![false; positions.len()],
         slack: Vec::new(),
         mean_edge: Vec::new(),
+        fingerprint: fingerprint(&fans.triangles, &inner_of, &positions, origin),
         triangles: fans.triangles,
         outgoing: fans.outgoing,
         positions,
@@ -116,6 +117,24 @@ fn check_indices(mesh: &TriangleMesh) -> Result<(), SurfaceError> {
         }
     }
     Ok(())
+}
+
+/// Hashes the faces in input order with the positions of their vertices.
+fn fingerprint(triangles: &[[u32; 3]], inner_of: &[u32], positions: &[DVec3], origin: DVec3) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut mix = |word: u64| {
+        hash = (hash ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        hash ^= hash >> 32;
+    };
+    positions.iter().for_each(|p| (*p + origin).to_array().iter().for_each(|x| mix(x.to_bits())));
+    for inner in inner_of {
+        mix(u64::from(*inner == DROPPED));
+        if let Some(t) = triangles.get((inner & !FLIPPED) as usize) {
+            mix(u64::from(inner >> 31));
+            t.iter().for_each(|v| mix(u64::from(*v)));
+        }
+    }
+    hash
 }
 
 /// Where inner coordinates begin. Differences of neighbouring positions are exact, but points between them are not: a model a

@@ -40,9 +40,19 @@ pub enum PointError {
     /// The surface has no such face.
     #[error("{0} does not exist: the input mesh has {1} faces")]
     NoSuchFace(FaceId, usize),
-    /// A tangent vector is NaN or infinite.
-    #[error("the tangent vector on {0} is not finite: give two finite numbers")]
-    BadTangent(FaceId),
+    /// A vector, a distance, a share or an angle is NaN or infinite.
+    #[error("{0} at {1} is not finite: give finite numbers")]
+    NotFinite(&'static str, FaceId),
+    /// A tangent vector is spelled in a face that does not touch its point.
+    #[error(
+        "the tangent vector is spelled in {tangent}, which does not touch the point on {point}: spell it in a face around"
+    )]
+    ForeignTangent {
+        /// The point's face.
+        point: FaceId,
+        /// The tangent's face.
+        tangent: FaceId,
+    },
     /// A path does not run through neighbouring faces, so it was made for another surface.
     #[error("the path breaks off at {0}: it was made for another surface; search it again")]
     BadCrossing(FaceId),

@@ -48,7 +48,7 @@ pub struct SurfaceReport {
     pub boundary_edges: usize,
     /// Closed chains of boundary edges, after repair.
     pub boundary_loops: usize,
-    /// Edges with three or more faces; each was cut open.
+    /// Edges with three or more faces; what was done with them is for the options to say.
     pub nonmanifold_edges: usize,
     /// Vertices whose faces are not one fan; each was split.
     pub nonmanifold_vertices: usize,
@@ -84,7 +84,7 @@ impl SurfaceReport {
             || self.split_vertices > 0
     }
 
-    /// Whether no edge has a single face.
+    /// Whether no edge had a single face, as the mesh came; repairs that cut it open show in `boundary_loops`.
     pub fn is_closed(&self) -> bool {
         self.boundary_edges == 0
     }
@@ -92,14 +92,15 @@ impl SurfaceReport {
 
 impl fmt::Display for SurfaceReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let faces = self.input_faces - self.dropped.len();
-        write!(f, "{faces} faces, {} vertices", self.welded_vertices - self.isolated_vertices + self.split_vertices)?;
+        let faces = self.input_faces.saturating_sub(self.dropped.len());
+        let vertices = self.welded_vertices.saturating_sub(self.isolated_vertices).saturating_add(self.split_vertices);
+        write!(f, "{faces} faces, {vertices} vertices")?;
         let mut note = |count: usize, what: &str| if count > 0 { write!(f, ", {count} {what}") } else { Ok(()) };
         note(self.dropped.len(), "faces dropped")?;
         note(self.degenerate_faces, "degenerate faces")?;
         note(self.duplicate_faces, "duplicate faces")?;
         note(self.boundary_loops, "boundary loops")?;
-        note(self.nonmanifold_edges, "non-manifold edges cut open")?;
+        note(self.nonmanifold_edges, "non-manifold edges")?;
         note(self.split_vertices, "vertices added by splitting")?;
         note(self.flipped_faces, "faces turned over")?;
         note(self.orientation_cuts, "edges cut to orient")?;

@@ -53,6 +53,7 @@ pub struct Surface {
     pub(crate) inner_of: Vec<u32>,
     /// Inner face → input face, with [`FLIPPED`].
     pub(crate) outer_of: Vec<u32>,
+    pub(crate) fingerprint: u64,
     pub(crate) min: DVec3,
     pub(crate) max: DVec3,
     pub(crate) report: SurfaceReport,
@@ -137,6 +138,11 @@ impl Surface {
         (self.min, self.max)
     }
 
+    /// A 64-bit hash of vertex positions and input faces: surfaces with one fingerprint have the same points and paths.
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
     /// Length of the bounding box's diagonal, by which relative tolerances are measured.
     pub fn diagonal(&self) -> f64 {
         self.report.diagonal
@@ -157,9 +163,12 @@ impl Surface {
 
     /// Position of a point; NaN if the point does not belong to this surface.
     pub fn position(&self, point: &SurfacePoint) -> DVec3 {
-        match self.inner_point(point) {
-            Ok(inner) => self.origin + self.inner_position(&inner),
-            Err(_) => DVec3::NAN,
+        match (self.inner_point(point), self.inner_face(point.face)) {
+            (Ok(_), Ok(face)) => {
+                let weights = unflip(point.weights, self.outer_of[face as usize]);
+                self.origin + self.inner_position(&InnerPoint { face, weights })
+            }
+            _ => DVec3::NAN,
         }
     }
 
@@ -260,7 +269,8 @@ impl Surface {
         }
     }
 
-    /// The place on the surface that is nearest to a position; none for a position that is not finite.
+    /// The place on the surface that is nearest to a position; none for a position that is not finite, or so far away (1e150
+    /// sizes of the mesh) that no distance can be told.
     pub fn closest_point(&self, position: DVec3) -> Option<ClosestPoint> {
         let found = self.bvh.closest(&self.positions, &self.triangles, position - self.origin, f64::INFINITY)?;
         let inner = InnerPoint { face: found.face, weights: found.weights };
@@ -288,10 +298,11 @@ impl Surface {
 
     pub(crate) fn inner_point(&self, point: &SurfacePoint) -> Result<InnerPoint, PointError> {
         let face = self.inner_face(point.face)?;
-        if !point.weights.iter().all(|w| *w >= 0.0 && *w <= 1.0 + 1e-9) {
+        let sum: f64 = point.weights.iter().sum();
+        if !point.weights.iter().all(|w| *w >= 0.0) || (sum - 1.0).abs() > 1e-6 {
             return Err(PointError::BadWeights(point.face, point.weights));
         }
-        Ok(InnerPoint { face, weights: unflip(point.weights, self.outer_of[face as usize]) })
+        Ok(InnerPoint { face, weights: unflip(point.weights, self.outer_of[face as usize]) }.snapped())
     }
 
     pub(crate) fn outer_point(&self, inner: &InnerPoint) -> SurfacePoint {
@@ -425,6 +436,18 @@ impl InnerPoint {
         }
     }
 
+    /// The point as geodesics see it: weights below 1e-10 are zero. A point a hair beside a side or corner would make stretches
+    /// too short to have a direction.
+    pub(crate) fn snapped(self) -> Self {
+        const ON_ELEMENT: f64 = 1e-10;
+        if self.weights.iter().all(|w| *w == 0.0 || *w >= ON_ELEMENT) {
+            return self;
+        }
+        let weights = self.weights.map(|w| if w < ON_ELEMENT { 0.0 } else { w });
+        let sum: f64 = weights.iter().sum();
+        Self { face: self.face, weights: weights.map(|w| w / sum) }
+    }
+
     /// A point on side `h`, at `t` of the way from its origin.
     pub(crate) fn on_side(h: HalfEdge, t: f64) -> Self {
         let mut weights = [0.0; 3];
@@ -452,8 +475,11 @@ impl Surface {
     /// The inner half-edge of an input face's side, and whether its direction is reversed.
     pub(crate) fn inner_side(&self, face: FaceId, side: u8) -> Result<(HalfEdge, bool), PointError> {
         let inner = self.inner_face(face)?;
+        if side > 2 {
+            return Err(PointError::BadCrossing(face));
+        }
         let flipped = self.outer_of[inner as usize] & FLIPPED != 0;
-        let side = u32::from(side.min(2));
+        let side = u32::from(side);
         Ok((HalfEdge::new(inner, if flipped { 2 - side } else { side }), flipped))
     }
 }

@@ -1,0 +1,205 @@
+//! Schemes against closed forms: plane, sphere, cylinder, cone, corner of a cube.
+
+use glam::DVec3;
+
+use super::*;
+use crate::curve::*;
+
+#[test]
+fn plane_equals_the_euclidean_curve() {
+    let surface = built(&jittered_square(13));
+    let mut tracer = Tracer::new(&surface);
+    let mut random = Random(1);
+    for _ in 0..60 {
+        let polygon = [(); 4].map(|()| random.in_square());
+        let points = polygon.map(|p| at(&surface, p));
+        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+            for _ in 0..10 {
+                let t = random.next();
+                let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
+                assert!(found.distance(bezier(polygon, t)) < 1e-12 * 1.5, "{scheme:?} {t}");
+            }
+        }
+        // De Casteljau's pieces begin and end on the curve.
+        let trace = tracer.trace(&points, &Scheme::de_casteljau()).unwrap();
+        let segment = &trace.segments()[0];
+        assert_eq!((segment.points().len(), segment.paths().len()), (49, 48));
+        for (p, t) in segment.points().iter().zip(segment.parameters()).step_by(3) {
+            assert!(surface.position(p).distance(bezier(polygon, *t)) < 1e-12 * 1.5);
+        }
+        // Lane–Riesenfeld's polygon converges to the curve with the square of its steps.
+        let trace = tracer.trace(&points, &Scheme::lane_riesenfeld()).unwrap();
+        let segment = &trace.segments()[0];
+        assert_eq!(segment.points().len(), 67);
+        for (p, t) in segment.points().iter().zip(segment.parameters()) {
+            assert!(surface.position(p).distance(bezier(polygon, *t)) < 2e-3);
+        }
+    }
+}
+
+/// Distances of evaluated points from the values of the smooth sphere, for icospheres of two levels.
+fn sphere_errors(polygon: [[f64; 3]; 4], scheme: Scheme, t: f64, expected: [f64; 3]) -> [f64; 2] {
+    [4, 6].map(|level| {
+        let surface = built(&shapes::icosphere(level));
+        let points = polygon.map(|p| at(&surface, tilted(p)));
+        let found = Tracer::new(&surface).evaluate(&points, &scheme, t).unwrap();
+        surface.position(&found).normalize().distance(tilted(expected))
+    })
+}
+
+#[test]
+fn sphere_approaches_the_smooth_figures() {
+    let (rdc, olr) = (Scheme::de_casteljau(), Scheme::lane_riesenfeld());
+    for (polygon, scheme, t, expected) in [
+        (S2, rdc, 0.25, [0.839_041_457_2, 0.475_811_904_8, 0.263_841_741_0]),
+        (S2, rdc, 0.5, [0.512_551_755_5, 0.709_258_079_3, 0.483_987_267_3]),
+        (S2, rdc, 0.3, [0.779_815_084_9, 0.543_318_542_1, 0.310_955_616_0]),
+        (S2, olr, 0.5, [0.512_487_417_7, 0.709_438_082_7, 0.483_791_539_3]),
+        (S1, rdc, 0.25, [0.629_412_873_1, 0.732_928_908_9, 0.258_175_617_9]),
+        (S1, rdc, 0.5, [0.129_712_649_0, 0.731_870_126_8, 0.668_984_862_5]),
+        (S1, olr, 0.5, [0.129_523_255_9, 0.732_037_212_0, 0.668_838_729_8]),
+    ] {
+        let [coarse, fine] = sphere_errors(polygon, scheme, t, expected);
+        assert!(coarse < 3e-3 && fine < 2e-4, "{scheme:?} {t}: {coarse} {fine}");
+    }
+}
+
+#[test]
+fn sphere_lengths() {
+    let surface = built(&shapes::icosphere(6));
+    for (polygon, expected) in [(S2, 1.806_006_906), (S1, 2.507_708_565)] {
+        let points = polygon.map(|p| at(&surface, tilted(p)));
+        let length = Tracer::new(&surface).trace(&points, &Scheme::lane_riesenfeld()).unwrap().length();
+        assert!((length - expected).abs() < 1e-3, "{length} for {expected}");
+    }
+}
+
+#[test]
+fn cylinder_is_the_rolled_up_plane() {
+    let segments = 48;
+    let surface = built(&shapes::cylinder(segments, 12, 3.0));
+    // Distance along the polygonal prism.
+    let side = 2.0 * (std::f64::consts::PI / f64::from(segments)).sin();
+    let roll = |p: DVec3| {
+        let (k, share) = ((p.x / side).floor(), (p.x / side).fract());
+        let corner = |k: f64| {
+            let a = k / f64::from(segments) * std::f64::consts::TAU;
+            DVec3::new(a.cos(), a.sin(), p.y)
+        };
+        corner(k) + share * (corner(k + 1.0) - corner(k))
+    };
+    let polygon = [(0.3, 0.4), (1.1, 2.6), (2.2, 0.2), (2.7, 2.4)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    let points = polygon.map(|p| at(&surface, roll(p)));
+    let mut tracer = Tracer::new(&surface);
+    for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+        for k in 0..=20 {
+            let t = f64::from(k) / 20.0;
+            let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
+            assert!(found.distance(roll(bezier(polygon, t))) < 1e-11, "{scheme:?} {t}");
+        }
+    }
+}
+
+#[test]
+fn cone_is_the_rolled_up_sector() {
+    let (segments, half_angle) = (64_u32, 0.5_f64);
+    let surface = built(&shapes::cone(segments, 6, half_angle));
+    // One side of the pyramid is a triangle with two edges of length 1 a row and this angle between them.
+    let edge = DVec3::new(half_angle.sin(), 0.0, half_angle.cos());
+    let next = glam::DQuat::from_rotation_z(std::f64::consts::TAU / f64::from(segments)) * edge;
+    let wedge = edge.angle_between(next);
+    let roll = |p: DVec3| {
+        let (radius, angle) = (p.length(), p.y.atan2(p.x));
+        let k = (angle / wedge).floor();
+        let inside = angle - k * wedge;
+        // In the side's plane: x along its first edge.
+        let y = (next - edge * wedge.cos()) / wedge.sin();
+        let flat = radius * (inside.cos() * edge + inside.sin() * y);
+        glam::DQuat::from_rotation_z(std::f64::consts::TAU / f64::from(segments) * k) * flat
+    };
+    let polygon = [(2.0, 0.1), (4.6, 0.5), (3.0, 1.2), (4.8, 1.6)]
+        .map(|(r, a): (f64, f64)| DVec3::new(r * a.cos(), r * a.sin(), 0.0));
+    let points = polygon.map(|p| at(&surface, roll(p)));
+    let mut tracer = Tracer::new(&surface);
+    for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+        for k in 0..=20 {
+            let t = f64::from(k) / 20.0;
+            let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
+            assert!(found.distance(roll(bezier(polygon, t))) < 1e-10, "{scheme:?} {t}");
+        }
+    }
+}
+
+#[test]
+fn over_a_corner_of_the_cube_pieces_meet_smoothly() {
+    let surface = built(&shapes::cube());
+    let polygon = [(0.5, 0.2, 1.0), (0.9, 0.3, 1.0), (1.0, 0.8, 0.9), (0.6, 1.0, 0.5)]
+        .map(|(x, y, z)| at(&surface, DVec3::new(x, y, z)));
+    let trace = Tracer::new(&surface).trace(&polygon, &Scheme::de_casteljau().with_levels(7)).unwrap();
+    let segment = &trace.segments()[0];
+    // Where two pieces meet, the legs on both sides are halves of one geodesic: no turn in any unfolding.
+    let mut finder = PathFinder::new();
+    let averager = average::Averager { surface: &surface, finder: &mut finder };
+    let legs: Vec<_> =
+        segment.paths().iter().map(|p| crate::geodesic::inner::InnerPath::from_outer(&surface, p).unwrap()).collect();
+    for pair in legs.windows(2).skip(2).step_by(3) {
+        let turn = averager.turn(average::Span::new(&pair[0], 0.0, 1.0), average::Span::new(&pair[1], 0.0, 1.0));
+        assert!(turn.abs() < 1e-6, "{turn}");
+    }
+}
+
+#[test]
+fn reversed_polygons_give_reversed_traces() {
+    let surface = built(&shapes::torus(2.0, 0.8, 40, 20));
+    let mut tracer = Tracer::new(&surface);
+    let mut random = Random(5);
+    for _ in 0..10 {
+        let mut polygon = [(); 4].map(|()| at(&surface, random.on_sphere() * 2.5));
+        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+            let mut positions = |polygon: &[SurfacePoint; 4]| -> Vec<DVec3> {
+                let trace = tracer.trace(polygon, &scheme).unwrap();
+                trace.segments()[0].points().iter().map(|p| surface.position(p)).collect()
+            };
+            let there = positions(&polygon);
+            polygon.reverse();
+            let back = positions(&polygon);
+            for (p, q) in there.iter().zip(back.iter().rev()) {
+                assert!(p.distance(*q) < 1e-12 * surface.diagonal(), "{scheme:?}: {}", p.distance(*q));
+            }
+        }
+    }
+}
+
+#[test]
+fn degenerate_polygons_are_traced() {
+    let surface = built(&shapes::icosphere(3));
+    let mut tracer = Tracer::new(&surface);
+    let [a, b, c] = [DVec3::X, DVec3::new(1.0, 0.5, 0.2), DVec3::new(0.7, 0.3, 0.6)].map(|p| at(&surface, p));
+    let vertex = at(&surface, surface.positions[7]);
+    for polygon in
+        [[a; 4], [a, a, b, b], [a, b, c, a], [a, c, a, c], [a, b, b, a], [vertex, vertex, b, vertex], [vertex; 4]]
+    {
+        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld(), Scheme::de_casteljau().with_levels(0)] {
+            let trace = tracer.trace(&polygon, &scheme).unwrap();
+            assert!(trace.length().is_finite());
+            assert!(trace.positions().iter().all(|p| p.is_finite()));
+            assert!(surface.position(&tracer.evaluate(&polygon, &scheme, 0.4).unwrap()).is_finite());
+        }
+    }
+}
+
+#[test]
+fn legs_shrink_by_half() {
+    let surface = built(&shapes::torus(2.0, 0.8, 60, 30));
+    let mut tracer = Tracer::new(&surface);
+    let mut random = Random(9);
+    for _ in 0..5 {
+        let polygon = [(); 4].map(|()| at(&surface, random.on_sphere() * 2.5));
+        let mut longest = |levels: u8| {
+            let trace = tracer.trace(&polygon, &Scheme::de_casteljau().with_levels(levels)).unwrap();
+            trace.segments()[0].paths().iter().map(|p| p.length()).fold(0.0, f64::max)
+        };
+        let lengths: Vec<f64> = (0..6).map(&mut longest).collect();
+        assert!(lengths.windows(2).all(|w| w[1] <= 0.5 * w[0] * (1.0 + 1e-9)), "{lengths:?}");
+    }
+}
