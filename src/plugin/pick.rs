@@ -15,7 +15,7 @@ use super::queries::{SurfaceQueries, SurfaceView, WorldHit};
 use super::retrace::SplineTrace;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
-use crate::curve::SplineT;
+use crate::curve::{HandleSide, SplineT};
 use crate::surface::SurfacePoint;
 
 /// Something counts as behind the model if that is nearer to the eye by more than this share of the model's diagonal.
@@ -138,9 +138,19 @@ impl Picker<'_, '_> {
         Some(self.queries.get(on.0)?.position(control.kind.point(spline)?))
     }
 
+    /// Whether a handle has no length: it lies on its anchor, which is what one means to grab there.
+    fn is_retracted(&self, control: &ControlPoint) -> bool {
+        let ControlKind::Handle(anchor, side) = control.kind else { return false };
+        let Ok((spline, _)) = self.splines.get(control.spline) else { return false };
+        spline.anchors().get(anchor as usize).is_some_and(|anchor| {
+            let handle = if side == HandleSide::Incoming { anchor.incoming() } else { anchor.outgoing() };
+            handle.leg().length() == 0.0
+        })
+    }
+
     fn grabbed_controls(&self, eye: &Eye, pixel: Vec2) -> Vec<Grab> {
         let mut grabs = Vec::new();
-        for (entity, control) in &self.controls {
+        for (entity, control) in self.controls.iter().filter(|(_, control)| !self.is_retracted(control)) {
             let Some(position) = self.control_position(control) else { continue };
             let near = eye.pixel(position).is_some_and(|at| at.distance(pixel) <= self.settings.grab_radius);
             if near && let Some(depth) = self.visible_depth(eye, position) {

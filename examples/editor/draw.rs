@@ -1,0 +1,110 @@
+//! Curves, and the legs of handles, as lines on the model; what is behind the model shines through faintly.
+//!
+//! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
+
+use bevy::picking::hover::HoverMap;
+use bevy::picking::pointer::PointerId;
+use bevy::prelude::*;
+use bevy_surface_splines::curve::HandleSide;
+use bevy_surface_splines::geodesic::GeodesicPath;
+use bevy_surface_splines::prelude::*;
+
+use crate::curves::Curve;
+use crate::selection::Selection;
+use crate::theme;
+
+/// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
+const ON_TOP: f32 = -0.0007;
+/// At -1 rounding clips pieces of lines at the near plane.
+const IN_FRONT_OF_ALL: f32 = -0.9;
+
+/// Curves, 2 px.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+struct CurveLines;
+/// The curve under the pointer, 3 px.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+struct HoveredLines;
+/// Legs, 1 px.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+struct LegLines;
+/// Curves behind the model.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+struct FaintLines;
+/// Legs behind the model.
+#[derive(Default, Reflect, GizmoConfigGroup)]
+struct FaintLegLines;
+
+pub(crate) fn plugin(app: &mut App) {
+    app.insert_gizmo_config(CurveLines, lines(2.0, ON_TOP))
+        .insert_gizmo_config(HoveredLines, lines(3.0, ON_TOP))
+        .insert_gizmo_config(LegLines, lines(1.0, ON_TOP))
+        .insert_gizmo_config(FaintLines, faint_lines(2.0))
+        .insert_gizmo_config(FaintLegLines, faint_lines(1.0))
+        .add_systems(PostUpdate, (draw_curves, draw_legs).in_set(SurfaceSplineSystems::Draw));
+}
+
+fn lines(width: f32, depth_bias: f32) -> GizmoConfig {
+    let line = GizmoLineConfig { width, joints: GizmoLineJoint::Round(3), ..default() };
+    GizmoConfig { depth_bias, line, ..default() }
+}
+
+/// Where see-through lines overlap, at joints, they would be less so.
+fn faint_lines(width: f32) -> GizmoConfig {
+    let mut config = lines(width, IN_FRONT_OF_ALL);
+    config.line.joints = GizmoLineJoint::None;
+    config
+}
+
+fn draw_curves(
+    (mut plain, mut wide, mut faint): (Gizmos<CurveLines>, Gizmos<HoveredLines>, Gizmos<FaintLines>),
+    surfaces: SurfaceQueries,
+    curves: Query<(Entity, &SplineTrace, &OnSurface, Option<&Curve>)>,
+    selection: Res<Selection>,
+    hover: Res<HoverMap>,
+) {
+    for (entity, trace, on, curve) in &curves {
+        let Some(view) = surfaces.get(on.0) else { continue };
+        let own = curve.map_or(theme::CURVES[0], |curve| curve.color);
+        let color = if selection.spline == Some(entity) { theme::ACCENT } else { own };
+        let line: Vec<Vec3> = trace.polyline().iter().map(|p| view.to_world().transform_point3(*p)).collect();
+        faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
+        if is_hovered(&hover, entity) {
+            wide.linestrip(line, theme::hovered(color));
+        } else {
+            plain.linestrip(line, color);
+        }
+    }
+}
+
+fn draw_legs(
+    (mut plain, mut faint): (Gizmos<LegLines>, Gizmos<FaintLegLines>),
+    surfaces: SurfaceQueries,
+    splines: Query<(&SurfaceSpline, &OnSurface), With<Editable>>,
+) {
+    let color = theme::ACCENT.mix(&Color::WHITE, 0.55);
+    for (spline, on) in &splines {
+        let Some(view) = surfaces.get(on.0) else { continue };
+        for leg in ControlKind::all(spline).into_iter().filter_map(|kind| shown_leg(spline, kind)) {
+            let positions = leg.positions(view.surface());
+            let line: Vec<Vec3> = positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())).collect();
+            faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
+            plain.linestrip(line, color);
+        }
+    }
+}
+
+/// The leg of a handle that is shown: those of no length lie on their anchor.
+pub(crate) fn shown_leg(spline: &SurfaceSpline, kind: ControlKind) -> Option<&GeodesicPath> {
+    let ControlKind::Handle(anchor, side) = kind else { return None };
+    let anchor = spline.anchors().get(anchor as usize)?;
+    let handle = match side {
+        HandleSide::Incoming => anchor.incoming(),
+        HandleSide::Outgoing => anchor.outgoing(),
+    };
+    Some(handle.leg()).filter(|leg| leg.length() > 0.0)
+}
+
+/// Whether the mouse is over an entity.
+pub(crate) fn is_hovered(hover: &HoverMap, entity: Entity) -> bool {
+    hover.get(&PointerId::Mouse).is_some_and(|hovered| hovered.contains_key(&entity))
+}

@@ -1,0 +1,100 @@
+//! The editor: one should see a pebble with three curves on it, whose anchors and handles can be dragged over its surface.
+//!
+//! `cargo run --features editor --example editor -- [MESH]`; `--help` says the rest, and `?` in the window shows the keys.
+
+mod actions;
+mod arguments;
+mod camera;
+mod curves;
+mod draw;
+mod help;
+mod history;
+mod keys;
+mod marks;
+mod model;
+mod notices;
+mod panel;
+mod proof;
+mod properties;
+mod samples;
+mod script;
+mod selection;
+mod shading;
+mod stage;
+mod statistics;
+mod status;
+mod theme;
+mod tools;
+
+use std::process::ExitCode;
+
+use bevy::app::PluginGroupBuilder;
+use bevy::diagnostic::FrameTimeDiagnosticsPlugin;
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::window::{PresentMode, WindowResolution};
+use bevy_egui::EguiPlugin;
+use bevy_surface_splines::plugin::DebugDrawPlugin;
+use bevy_surface_splines::prelude::*;
+
+use arguments::{Arguments, Request};
+
+fn main() -> ExitCode {
+    let arguments = match arguments::read(std::env::args_os().skip(1)) {
+        Ok(Request::Run(arguments)) => arguments,
+        Ok(Request::Help) => {
+            print!("{}", arguments::HELP);
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("editor: {error}\n\n{}", arguments::HELP);
+            return ExitCode::from(2);
+        }
+    };
+    if let Err(error) = require_display() {
+        eprintln!("editor: {error}");
+        return ExitCode::FAILURE;
+    }
+    match run(arguments) {
+        AppExit::Success => ExitCode::SUCCESS,
+        AppExit::Error(code) => ExitCode::from(code.get()),
+    }
+}
+
+/// Opening a window panics where there is none to open it on, so this asks first.
+fn require_display() -> Result<(), &'static str> {
+    let needed = cfg!(all(unix, not(target_os = "macos")));
+    let there = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
+    if needed && !there { Err("there is no display: set DISPLAY, or start it by scripts/demo") } else { Ok(()) }
+}
+
+fn run(arguments: Arguments) -> AppExit {
+    let scripted = arguments.script.is_some();
+    App::new()
+        .insert_resource(arguments)
+        .add_plugins((
+            engine(scripted),
+            EguiPlugin::default(),
+            FrameTimeDiagnosticsPlugin::default(),
+            // The editor draws splines itself.
+            SurfaceSplinePlugins.build().disable::<DebugDrawPlugin>(),
+        ))
+        .add_plugins((model::plugin, samples::plugin, stage::plugin, camera::plugin, draw::plugin))
+        .add_plugins((selection::plugin, tools::plugin, keys::plugin, actions::plugin, history::plugin))
+        .add_plugins((theme::plugin, notices::plugin, panel::plugin, script::plugin))
+        .run()
+}
+
+fn engine(scripted: bool) -> PluginGroupBuilder {
+    let (width, height) = if scripted { (960, 600) } else { (1440, 900) };
+    let mut resolution = WindowResolution::new(width, height);
+    if scripted {
+        resolution.set_scale_factor_override(Some(1.0));
+    }
+    let title = "Curves on surfaces".to_string();
+    let window = Window { title, resolution, present_mode: PresentMode::AutoVsync, ..default() };
+    DefaultPlugins
+        .set(WindowPlugin { primary_window: Some(window), ..default() })
+        // A picture of a half-compiled scene would prove nothing.
+        .set(RenderPlugin { synchronous_pipeline_compilation: scripted, ..default() })
+}

@@ -1,0 +1,193 @@
+//! The model: reading it in the background, and putting it in the place of the one before once its surface is built.
+
+use std::path::{Path, PathBuf};
+
+use bevy::prelude::*;
+use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future};
+use bevy::window::FileDragAndDrop;
+use bevy_surface_splines::format::{MeshFormat, parse_mesh, read_mesh};
+use bevy_surface_splines::prelude::*;
+use bevy_surface_splines::surface::TriangleMesh;
+
+use crate::arguments::Arguments;
+use crate::notices::Notices;
+use crate::shading::shaded_mesh;
+
+const BUNDLED: &[u8] = include_bytes!("../../assets/pebble.obj");
+
+/// The model on the stage: the entity with the surface. In the world its bounding sphere is the unit sphere.
+#[derive(Component, Clone, Debug, PartialEq)]
+pub(crate) struct Model {
+    pub(crate) name: String,
+    pub(crate) bundled: bool,
+}
+
+/// A model whose surface is being built; the old one stays until it is known to be usable.
+#[derive(Component, Clone, Debug)]
+struct Candidate(Model);
+
+/// Asks for a model.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub(crate) enum OpenModel {
+    Bundled,
+    File(PathBuf),
+}
+
+/// Happens when a model has taken its place.
+#[derive(EntityEvent, Clone, Debug)]
+pub(crate) struct ModelOpened {
+    pub(crate) entity: Entity,
+}
+
+/// Happens when a model could not be used; the old one stays.
+#[derive(Event, Clone, Debug)]
+pub(crate) struct ModelRefused {
+    pub(crate) reason: String,
+}
+
+/// The model that is being read.
+#[derive(Resource, Default)]
+struct Reading(Option<Task<Result<Read, String>>>);
+
+struct Read {
+    model: Model,
+    mesh: Mesh,
+    transform: Transform,
+}
+
+pub(crate) fn plugin(app: &mut App) {
+    app.init_resource::<Reading>()
+        .add_message::<OpenModel>()
+        .add_observer(take_place)
+        .add_observer(refuse_surface)
+        .add_observer(tell_refusal)
+        .add_systems(Startup, open_first)
+        .add_systems(Update, (open_dropped, start_reading, finish_reading).chain());
+}
+
+fn open_first(arguments: Res<Arguments>, mut opens: MessageWriter<OpenModel>) {
+    opens.write(arguments.mesh.clone().map_or(OpenModel::Bundled, OpenModel::File));
+}
+
+fn open_dropped(mut drops: MessageReader<FileDragAndDrop>, mut opens: MessageWriter<OpenModel>) {
+    for event in drops.read() {
+        if let FileDragAndDrop::DroppedFile { path_buf, .. } = event {
+            opens.write(OpenModel::File(path_buf.clone()));
+        }
+    }
+}
+
+fn start_reading(mut opens: MessageReader<OpenModel>, mut reading: ResMut<Reading>) {
+    // Of several the last; a task that is dropped is cancelled.
+    if let Some(open) = opens.read().last().cloned() {
+        reading.0 = Some(AsyncComputeTaskPool::get().spawn(async move { read(&open) }));
+    }
+}
+
+fn read(open: &OpenModel) -> Result<Read, String> {
+    let (triangles, name) = match open {
+        OpenModel::Bundled => (parse_mesh(BUNDLED, MeshFormat::Obj), "Pebble (bundled)".to_string()),
+        OpenModel::File(path) => (read_mesh(path), file_name(path)),
+    };
+    let triangles = triangles.map_err(|error| error.to_string())?;
+    let model = Model { name, bundled: *open == OpenModel::Bundled };
+    Ok(Read { model, mesh: shaded_mesh(&triangles), transform: to_unit_sphere(&triangles) })
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// Moves and scales the model so that a sphere about the centre of its bounding box becomes the unit sphere.
+fn to_unit_sphere(triangles: &TriangleMesh) -> Transform {
+    let used = triangles.faces.iter().flatten().filter_map(|v| triangles.positions.get(*v as usize));
+    let finite = used.filter(|p| p.is_finite());
+    let bounds = finite.clone().fold(None, |bounds, p| {
+        let (min, max) = bounds.unwrap_or((*p, *p));
+        Some((p.min(min), p.max(max)))
+    });
+    let Some((min, max)) = bounds else { return Transform::IDENTITY };
+    let centre = 0.5 * (min + max);
+    let radius = finite.map(|p| p.distance(centre)).fold(0.0, f64::max);
+    let scale = if radius > 0.0 && radius.is_finite() { 1.0 / radius } else { 1.0 };
+    Transform::from_translation((-centre * scale).as_vec3()).with_scale(Vec3::splat(scale as f32))
+}
+
+fn finish_reading(
+    mut commands: Commands,
+    mut reading: ResMut<Reading>,
+    candidates: Query<Entity, With<Candidate>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let Some(result) = reading.0.as_mut().and_then(|task| block_on(future::poll_once(task))) else { return };
+    reading.0 = None;
+    match result {
+        Ok(read) => {
+            // Whoever opened another one meanwhile does not want the one before.
+            candidates.iter().for_each(|old| commands.entity(old).despawn());
+            commands.spawn((
+                Candidate(read.model),
+                Mesh3d(meshes.add(read.mesh)),
+                MeshMaterial3d(materials.add(clay())),
+                read.transform,
+                Visibility::Hidden,
+                SplineSurface::default(),
+            ));
+        }
+        Err(reason) => commands.trigger(ModelRefused { reason }),
+    }
+}
+
+/// A matt material that shows shape, from either side.
+fn clay() -> StandardMaterial {
+    StandardMaterial {
+        base_color: Color::srgb(0.66, 0.68, 0.71),
+        perceptual_roughness: 0.75,
+        reflectance: 0.35,
+        double_sided: true,
+        cull_mode: None,
+        ..default()
+    }
+}
+
+fn take_place(
+    ready: On<SurfaceReady>,
+    mut commands: Commands,
+    candidates: Query<(&Candidate, &BuiltSurface)>,
+    models: Query<Entity, With<Model>>,
+    mut notices: ResMut<Notices>,
+) {
+    let Ok((candidate, surface)) = candidates.get(ready.entity) else { return };
+    models.iter().for_each(|old| commands.entity(old).despawn());
+    commands
+        .entity(ready.entity)
+        .remove::<Candidate>()
+        .insert((candidate.0.clone(), Visibility::Visible))
+        .trigger(|entity| ModelOpened { entity });
+    let report = surface.report();
+    if report.repaired() {
+        notices.warn(format!("{} was repaired: {report}", candidate.0.name));
+    } else if !candidate.0.bundled {
+        notices.info(format!("{}: {report}", candidate.0.name));
+    }
+}
+
+fn refuse_surface(failed: On<SurfaceFailed>, mut commands: Commands, candidates: Query<&Candidate>) {
+    let Ok(candidate) = candidates.get(failed.entity) else { return };
+    commands.entity(failed.entity).despawn();
+    commands.trigger(ModelRefused { reason: format!("{}: {}", candidate.0.name, failed.reason) });
+}
+
+fn tell_refusal(
+    refused: On<ModelRefused>,
+    models: Query<(), With<Model>>,
+    mut notices: ResMut<Notices>,
+    mut opens: MessageWriter<OpenModel>,
+) {
+    let kept = if models.is_empty() { "The bundled model is shown instead." } else { "The model stays as it was." };
+    notices.error(format!("{}. {kept}", refused.reason));
+    if models.is_empty() {
+        opens.write(OpenModel::Bundled);
+    }
+}

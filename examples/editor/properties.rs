@@ -1,0 +1,114 @@
+//! The panel's section about what is selected.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::egui;
+use bevy_surface_splines::prelude::*;
+
+use crate::actions::Action;
+use crate::selection::Selection;
+
+const JOINS: [(Join, &str, &str); 4] = [
+    (Join::Corner, "Corner", "The handles are independent"),
+    (Join::Smooth, "Smooth", "The handles point in opposite directions"),
+    (Join::Mirrored, "Mirrored", "Opposite directions and equal lengths"),
+    (Join::Automatic, "Automatic", "The handles are placed from the neighbouring anchors"),
+];
+
+/// What the section shows.
+#[derive(SystemParam)]
+pub(crate) struct Properties<'w, 's> {
+    selection: Res<'w, Selection>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    surfaces: Query<'w, 's, &'static BuiltSurface>,
+}
+
+pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut MessageWriter<Action>) {
+    let selected = properties.selection.spline.and_then(|entity| properties.splines.get(entity).ok());
+    let Some((spline, on)) = selected else {
+        ui.label(egui::RichText::new("Nothing is selected").weak());
+        return;
+    };
+    egui::Grid::new("properties").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
+        show_scheme(ui, spline.scheme(), actions);
+        ui.label("Shape");
+        let kind = if spline.is_closed() { "closed" } else { "open" };
+        ui.label(format!("{kind}, {} anchors", spline.anchors().len()));
+        ui.end_row();
+        let anchor = properties.selection.anchor.and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
+        let Some((index, anchor)) = anchor else { return };
+        ui.label("Anchor");
+        ui.label(format!("{} of {}", index + 1, spline.anchors().len()));
+        ui.end_row();
+        show_join(ui, anchor.join(), actions);
+        if let Ok(surface) = properties.surfaces.get(on.0) {
+            let position = surface.position(&anchor.point());
+            let values = position.to_array().map(|value| significant(value, 4));
+            ui.label("Position");
+            ui.monospace(values.join(" ")).on_hover_text("x, y and z in the model's own units");
+            ui.end_row();
+        }
+    });
+}
+
+fn show_scheme(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<Action>) {
+    let schemes = [(Scheme::de_casteljau(), "De Casteljau"), (Scheme::lane_riesenfeld(), "Lane–Riesenfeld")];
+    let same = |a: Scheme, b: Scheme| std::mem::discriminant(&a) == std::mem::discriminant(&b);
+    let name = schemes.iter().find(|(kind, _)| same(*kind, scheme)).map_or("", |(_, name)| name);
+    ui.label("Scheme");
+    egui::ComboBox::from_id_salt("scheme").selected_text(name).width(140.0).show_ui(ui, |ui| {
+        for (other, name) in schemes {
+            if ui.selectable_label(same(other, scheme), name).clicked() && !same(other, scheme) {
+                actions.write(Action::SetScheme(other));
+            }
+        }
+    });
+    ui.end_row();
+    ui.label("Level");
+    let mut levels = scheme.levels();
+    ui.spacing_mut().slider_width = 96.0;
+    // One more level doubles the work; beyond eight nobody sees a difference.
+    if ui.add(egui::Slider::new(&mut levels, 1..=8)).changed() {
+        actions.write(Action::SetScheme(scheme.with_levels(levels)));
+    }
+    ui.end_row();
+}
+
+fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<Action>) {
+    let name = JOINS.iter().find(|(kind, ..)| *kind == join).map_or("", |(_, name, _)| name);
+    ui.label("Join  C");
+    egui::ComboBox::from_id_salt("join").selected_text(name).width(140.0).show_ui(ui, |ui| {
+        for (other, name, meaning) in JOINS {
+            if ui.selectable_label(other == join, name).on_hover_text(meaning).clicked() {
+                actions.write(Action::SetJoin(other));
+            }
+        }
+    });
+    ui.end_row();
+}
+
+/// A number with so many significant digits, in as few characters as that needs.
+fn significant(value: f64, digits: usize) -> String {
+    let magnitude = if value == 0.0 || !value.is_finite() { 0.0 } else { value.abs().log10().floor() };
+    if (-4.0..6.0).contains(&magnitude) {
+        let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.0$e}", digits.saturating_sub(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(significant(0.0, 4), "0.000");
+        assert_eq!(significant(-1.06271, 4), "-1.063");
+        assert_eq!(significant(12345.6, 4), "12346");
+        assert_eq!(significant(0.00123456, 4), "0.001235");
+        assert_eq!(significant(1.5e9, 4), "1.500e9");
+        assert_eq!(significant(f64::NAN, 4), "NaN");
+    }
+}

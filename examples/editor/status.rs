@@ -1,0 +1,76 @@
+//! The status line: what the tool expects next.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::egui;
+use bevy_surface_splines::prelude::*;
+
+use crate::model::Model;
+use crate::selection::Selection;
+use crate::theme;
+use crate::tools::{PenStart, Tool};
+
+const HEIGHT: f32 = 30.0;
+
+/// What the line depends on.
+#[derive(SystemParam)]
+pub(crate) struct Status<'w, 's> {
+    tool: Res<'w, Tool>,
+    pen: Res<'w, PenStart>,
+    drag: Res<'w, DragState>,
+    selection: Res<'w, Selection>,
+    models: Query<'w, 's, (), With<Model>>,
+    surfaces: Query<'w, 's, &'static SurfaceState>,
+    splines: Query<'w, 's, &'static SurfaceSpline>,
+}
+
+impl Status<'_, '_> {
+    fn text(&self) -> String {
+        if let Some(SurfaceState::Pending { progress }) =
+            self.surfaces.iter().find(|state| matches!(state, SurfaceState::Pending { .. }))
+        {
+            return format!("Building the surface … {:.0} %", 100.0 * progress);
+        }
+        if self.models.is_empty() {
+            return "Reading the model …".into();
+        }
+        if let Some(grip) = self.drag.dragged() {
+            let what = match grip.kind {
+                ControlKind::Anchor(i) => format!("anchor {}", i + 1),
+                ControlKind::Handle(i, _) => format!("a handle of anchor {}", i + 1),
+            };
+            return format!("Dragging {what}: release to keep, Escape to take back");
+        }
+        let spline = self.selection.spline.and_then(|entity| self.splines.get(entity).ok());
+        match (*self.tool, spline) {
+            (Tool::Pen, _) if self.pen.0.is_some() => "Click on the model: the second point of the spline",
+            (Tool::Pen, Some(spline)) if !spline.is_closed() => {
+                "Click on the model to add an anchor at the end · Enter or Escape ends"
+            }
+            (Tool::Pen, _) => "Click on the model to begin a spline · Enter or Escape ends",
+            (Tool::Select, Some(_)) if self.selection.anchor.is_some() => {
+                "Drag anchors and handles · C changes the join · X deletes the anchor · ? shows all keys"
+            }
+            (Tool::Select, Some(_)) => {
+                "Drag an anchor or a handle over the surface · middle drag orbits · ? shows all keys"
+            }
+            (Tool::Select, None) => {
+                "Click a curve to edit it · P takes the pen · middle drag orbits · ? shows all keys"
+            }
+        }
+        .into()
+    }
+}
+
+/// Shows the line at the bottom of a part of the window; gives its upper edge.
+pub(crate) fn show(ctx: &egui::Context, part: egui::Rect, status: &Status) -> f32 {
+    let top = part.bottom() - HEIGHT;
+    egui::Area::new("status".into()).fixed_pos(egui::pos2(part.left(), top)).show(ctx, |ui| {
+        theme::panel().inner_margin(egui::Margin::symmetric(14, 0)).show(ui, |ui| {
+            ui.set_min_size(egui::vec2(part.width() - 30.0, HEIGHT - 2.0));
+            ui.set_max_size(egui::vec2(part.width() - 30.0, HEIGHT - 2.0));
+            ui.horizontal_centered(|ui| ui.add(egui::Label::new(status.text()).truncate()));
+        });
+    });
+    top
+}
