@@ -8,6 +8,7 @@ use bevy::window::FileDragAndDrop;
 use bevy_surface_splines::format::{MeshFormat, parse_mesh, read_mesh};
 use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::TriangleMesh;
+use glam::DVec3;
 
 use crate::arguments::Arguments;
 use crate::notices::Notices;
@@ -15,11 +16,27 @@ use crate::shading::shaded_mesh;
 
 const BUNDLED: &[u8] = include_bytes!("../../assets/pebble.obj");
 
-/// The model on the stage: the entity with the surface. In the world its bounding sphere is the unit sphere.
+/// The model on the stage: the entity with the surface. It is moved and scaled into the unit sphere before it is rounded
+/// to the numbers that graphics cards know, so that neither its size nor its place matter.
 #[derive(Component, Clone, Debug, PartialEq)]
 pub(crate) struct Model {
     pub(crate) name: String,
     pub(crate) bundled: bool,
+    /// In the file's units: what is the origin here, and how long the unit is.
+    centre: DVec3,
+    pub(crate) unit: f64,
+}
+
+impl Model {
+    /// A position in the file's coordinates.
+    pub(crate) fn in_file(&self, position: DVec3) -> DVec3 {
+        self.centre + self.unit * position
+    }
+
+    /// A position of the file where it is here.
+    pub(crate) fn of_file(&self, position: DVec3) -> DVec3 {
+        (position - self.centre) / self.unit
+    }
 }
 
 /// A model whose surface is being built; the old one stays until it is known to be usable.
@@ -52,7 +69,6 @@ struct Reading(Option<Task<Result<Read, String>>>);
 struct Read {
     model: Model,
     mesh: Mesh,
-    transform: Transform,
 }
 
 pub(crate) fn plugin(app: &mut App) {
@@ -89,28 +105,32 @@ fn read(open: &OpenModel) -> Result<Read, String> {
         OpenModel::Bundled => (parse_mesh(BUNDLED, MeshFormat::Obj), "Pebble (bundled)".to_string()),
         OpenModel::File(path) => (read_mesh(path), file_name(path)),
     };
-    let triangles = triangles.map_err(|error| error.to_string())?;
-    let model = Model { name, bundled: *open == OpenModel::Bundled };
-    Ok(Read { model, mesh: shaded_mesh(&triangles), transform: to_unit_sphere(&triangles) })
+    let mut triangles = triangles.map_err(|error| error.to_string())?;
+    let (centre, unit) = sphere_around(&triangles);
+    let model = Model { name, bundled: *open == OpenModel::Bundled, centre, unit };
+    triangles.positions.iter_mut().for_each(|p| *p = model.of_file(*p));
+    Ok(Read { model, mesh: shaded_mesh(&triangles) })
 }
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// Moves and scales the model so that a sphere about the centre of its bounding box becomes the unit sphere.
-fn to_unit_sphere(triangles: &TriangleMesh) -> Transform {
+/// The centre of the bounding box, and the radius of the sphere about it that holds all that is used and finite.
+fn sphere_around(triangles: &TriangleMesh) -> (DVec3, f64) {
     let used = triangles.faces.iter().flatten().filter_map(|v| triangles.positions.get(*v as usize));
     let finite = used.filter(|p| p.is_finite());
     let bounds = finite.clone().fold(None, |bounds, p| {
         let (min, max) = bounds.unwrap_or((*p, *p));
         Some((p.min(min), p.max(max)))
     });
-    let Some((min, max)) = bounds else { return Transform::IDENTITY };
-    let centre = 0.5 * (min + max);
-    let radius = finite.map(|p| p.distance(centre)).fold(0.0, f64::max);
-    let scale = if radius > 0.0 && radius.is_finite() { 1.0 / radius } else { 1.0 };
-    Transform::from_translation((-centre * scale).as_vec3()).with_scale(Vec3::splat(scale as f32))
+    let Some((min, max)) = bounds else { return (DVec3::ZERO, 1.0) };
+    // Halves first: the sum of two large numbers may be infinite.
+    let centre = 0.5 * min + 0.5 * max;
+    // The square of a large number may be infinite too.
+    let extent = (max - min).max_element();
+    let radius = extent * finite.map(|p| ((*p - centre) / extent).length()).fold(0.0, f64::max);
+    (centre, if radius > 0.0 && radius.is_finite() { radius } else { 1.0 })
 }
 
 fn finish_reading(
@@ -130,7 +150,7 @@ fn finish_reading(
                 Candidate(read.model),
                 Mesh3d(meshes.add(read.mesh)),
                 MeshMaterial3d(materials.add(clay())),
-                read.transform,
+                Transform::default(),
                 Visibility::Hidden,
                 SplineSurface::default(),
             ));

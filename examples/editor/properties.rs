@@ -4,8 +4,10 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
 use bevy_surface_splines::prelude::*;
+use glam::DVec3;
 
 use crate::actions::Action;
+use crate::model::Model;
 use crate::selection::Selection;
 
 const JOINS: [(Join, &str, &str); 4] = [
@@ -20,7 +22,7 @@ const JOINS: [(Join, &str, &str); 4] = [
 pub(crate) struct Properties<'w, 's> {
     selection: Res<'w, Selection>,
     splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
-    surfaces: Query<'w, 's, &'static BuiltSurface>,
+    models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
 }
 
 pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut MessageWriter<Action>) {
@@ -29,25 +31,32 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
         ui.label(egui::RichText::new("Nothing is selected").weak());
         return;
     };
+    let anchor = properties.selection.anchor.and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
     egui::Grid::new("properties").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
         show_scheme(ui, spline.scheme(), actions);
         ui.label("Shape");
         let kind = if spline.is_closed() { "closed" } else { "open" };
         ui.label(format!("{kind}, {} anchors", spline.anchors().len()));
         ui.end_row();
-        let anchor = properties.selection.anchor.and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
-        let Some((index, anchor)) = anchor else { return };
-        ui.label("Anchor");
-        ui.label(format!("{} of {}", index + 1, spline.anchors().len()));
-        ui.end_row();
-        show_join(ui, anchor.join(), actions);
-        if let Ok(surface) = properties.surfaces.get(on.0) {
-            let position = surface.position(&anchor.point());
-            let values = position.to_array().map(|value| significant(value, 4));
-            ui.label("Position");
-            ui.monospace(values.join(" ")).on_hover_text("x, y and z in the model's own units");
+        if let Some((index, anchor)) = anchor {
+            ui.label("Anchor");
+            ui.label(format!("{} of {}", index + 1, spline.anchors().len()));
             ui.end_row();
+            show_join(ui, anchor.join(), actions);
         }
+    });
+    let model = properties.models.get(on.0);
+    if let (Some((_, anchor)), Ok((model, surface))) = (anchor, model) {
+        show_position(ui, model.in_file(surface.position(&anchor.point())));
+    }
+}
+
+fn show_position(ui: &mut egui::Ui, position: DVec3) {
+    let values = position.to_array().map(|value| significant(value, 4));
+    let text = egui::RichText::new(values.join(" ")).monospace();
+    ui.horizontal(|ui| {
+        ui.label("Position");
+        ui.add(egui::Label::new(text).truncate()).on_hover_text("x, y and z in the model's own units");
     });
 }
 
@@ -88,7 +97,7 @@ fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<Action>)
 }
 
 /// A number with so many significant digits, in as few characters as that needs.
-fn significant(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     let magnitude = if value == 0.0 || !value.is_finite() { 0.0 } else { value.abs().log10().floor() };
     if (-4.0..6.0).contains(&magnitude) {
         let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;

@@ -33,7 +33,7 @@ fn spawn_samples(
     *selection = Selection::default();
     let mut finder = PathFinder::default();
     let samples = if model.bundled {
-        pebble_samples(surface, &mut finder)
+        pebble_samples(model, surface, &mut finder)
     } else if arguments.script.is_some() {
         Vec::from_iter(facing_wave(surface, transform, &mut finder).map(|spline| ("Wave", Ok(spline))))
     } else {
@@ -53,12 +53,12 @@ fn spawn_samples(
 type Sample = (&'static str, Result<Spline, String>);
 
 /// Smooth, closed, corners.
-fn pebble_samples(surface: &Surface, finder: &mut PathFinder) -> Vec<Sample> {
+fn pebble_samples(model: &Model, surface: &Surface, finder: &mut PathFinder) -> Vec<Sample> {
     let wave = vec![(-0.55, 0.95), (0.0, 0.15), (0.5, 1.0), (1.05, 0.3)];
-    let wave = near_ring(surface, wave);
+    let wave = near_ring(model, surface, wave);
     let ring = (0..5).map(|i| (1.95, i as f32 / 5.0 * TAU + 0.4));
-    let ring = near_ring(surface, ring.collect());
-    let zigzag = near_ring(surface, vec![(-2.9, 1.2), (-2.5, 2.2), (-2.1, 1.1), (-1.7, 2.1), (-1.35, 1.3)]);
+    let ring = near_ring(model, surface, ring.collect());
+    let zigzag = near_ring(model, surface, vec![(-2.9, 1.2), (-2.5, 2.2), (-2.1, 1.1), (-1.7, 2.1), (-1.35, 1.3)]);
     let text = |error: &dyn std::fmt::Display| error.to_string();
     vec![
         ("Wave (smooth)", Spline::smooth_through(surface, finder, &wave, false).map_err(|e| text(&e))),
@@ -69,12 +69,12 @@ fn pebble_samples(surface: &Surface, finder: &mut PathFinder) -> Vec<Sample> {
 
 /// Points of the pebble: by the angle around the hole (0 in front, growing to the right), and that across the ring
 /// (0 outside, a quarter turn on top).
-fn near_ring(surface: &Surface, angles: Vec<(f32, f32)>) -> Vec<SurfacePoint> {
+fn near_ring(model: &Model, surface: &Surface, angles: Vec<(f32, f32)>) -> Vec<SurfacePoint> {
     let position = |(around, across): (f32, f32)| {
         let outwards = 1.0 + 0.45 * across.cos();
         Vec3::new(outwards * around.sin(), 0.45 * across.sin(), outwards * around.cos())
     };
-    let nearest = |at| Some(surface.closest_point(position(at).as_dvec3())?.point);
+    let nearest = |at| Some(surface.closest_point(model.of_file(position(at).as_dvec3()))?.point);
     angles.into_iter().filter_map(nearest).collect()
 }
 

@@ -16,8 +16,9 @@ use bevy_surface_splines::prelude::*;
 
 use crate::arguments::Arguments;
 use crate::camera::{Orbit, sphere_around};
+use crate::curves::Curve;
 use crate::marks::{MarkKind, Marks};
-use crate::model::ModelRefused;
+use crate::model::{Model, ModelRefused};
 use crate::panel::Layout;
 use crate::proof::{self, Picture};
 use crate::selection::Selection;
@@ -41,6 +42,8 @@ struct Script {
     planned: bool,
     pictures: Vec<Picture>,
     captured: Option<Image>,
+    /// Frames that a model has been there without a curve.
+    waited: u32,
 }
 
 #[derive(Clone, Debug)]
@@ -74,6 +77,8 @@ struct Stage<'w, 's> {
     surfaces: SurfaceQueries<'w, 's>,
     traces: Query<'w, 's, (&'static SplineTrace, &'static OnSurface)>,
     controls: Query<'w, 's, &'static ControlPoint>,
+    models: Query<'w, 's, (), With<Model>>,
+    curves: Query<'w, 's, (), With<Curve>>,
     cameras: Query<'w, 's, (Entity, &'static mut Orbit)>,
     windows: Query<'w, 's, Entity, With<PrimaryWindow>>,
     selection: Res<'w, Selection>,
@@ -125,6 +130,11 @@ impl Script {
                 self.steps.extend([Step::Wait(SETTLE), Step::MoveTo(Vec2::splat(4.0)), Step::Wait(SETTLE)]);
                 self.steps.extend([Step::Photograph(BEFORE), Step::AwaitPicture(BEFORE)]);
                 self.planned = true;
+            } else if !stage.models.is_empty() && stage.curves.is_empty() {
+                self.waited += 1;
+                if self.waited > SETTLE {
+                    return Err("no place on this model faces the first view with room for a curve: try another".into());
+                }
             }
             return Ok(None);
         }

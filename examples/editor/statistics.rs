@@ -9,27 +9,37 @@ use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::{Surface, SurfaceReport};
 
 use crate::model::Model;
+use crate::properties::significant;
 use crate::selection::Selection;
 
 /// What the section shows.
 #[derive(SystemParam)]
 pub(crate) struct Statistics<'w, 's> {
-    surfaces: Query<'w, 's, &'static BuiltSurface, With<Model>>,
-    traces: Query<'w, 's, &'static SplineTrace>,
+    models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
+    traces: Query<'w, 's, (&'static SplineTrace, &'static OnSurface)>,
     selection: Res<'w, Selection>,
     tracing: Res<'w, TraceStatistics>,
     diagnostics: Res<'w, DiagnosticsStore>,
 }
 
+impl Statistics<'_, '_> {
+    /// In the file's units.
+    fn selected_length(&self) -> Option<f64> {
+        let (trace, on) = self.traces.get(self.selection.spline?).ok()?;
+        let (model, _) = self.models.get(on.0).ok()?;
+        Some(model.unit * trace.length())
+    }
+}
+
 pub(crate) fn show(ui: &mut egui::Ui, statistics: &Statistics) {
     egui::Grid::new("statistics").num_columns(2).spacing([14.0, 2.0]).striped(true).show(ui, |ui| {
-        for surface in &statistics.surfaces {
+        for (_, surface) in &statistics.models {
             for (name, value) in mesh_rows(surface) {
                 row(ui, &name, &value);
             }
         }
-        if let Some(trace) = statistics.selection.spline.and_then(|entity| statistics.traces.get(entity).ok()) {
-            row(ui, "Length of the selected", &format!("{:.5}", trace.length()));
+        if let Some(length) = statistics.selected_length() {
+            row(ui, "Length of the selected", &significant(length, 6));
         }
         row(ui, "Segments retraced", &statistics.tracing.segments.to_string());
         row(ui, "Trace time", &format!("{:.2} ms", statistics.tracing.milliseconds));
