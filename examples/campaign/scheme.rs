@@ -14,8 +14,8 @@ pub(crate) struct NamedScheme {
 
 /// All schemes there are.
 pub(crate) const ALL: [NamedScheme; 2] = [
-    NamedScheme { name: "rdc", recorded: "rdc_uniform4", scheme: Scheme::DeCasteljau { levels: 4 } },
-    NamedScheme { name: "olr", recorded: "olr_uniform6", scheme: Scheme::LaneRiesenfeld { levels: 6 } },
+    NamedScheme { name: "rdc", recorded: "rdc_uniform4", scheme: Scheme::de_casteljau() },
+    NamedScheme { name: "olr", recorded: "olr_uniform6", scheme: Scheme::lane_riesenfeld() },
 ];
 
 /// Their names, for messages.

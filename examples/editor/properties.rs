@@ -61,24 +61,22 @@ fn show_position(ui: &mut egui::Ui, position: DVec3) {
 }
 
 fn show_scheme(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<Action>) {
-    let schemes = [(Scheme::de_casteljau(), "De Casteljau"), (Scheme::lane_riesenfeld(), "Lane–Riesenfeld")];
-    let same = |a: Scheme, b: Scheme| std::mem::discriminant(&a) == std::mem::discriminant(&b);
-    let name = schemes.iter().find(|(kind, _)| same(*kind, scheme)).map_or("", |(_, name)| name);
     ui.label("Scheme");
-    egui::ComboBox::from_id_salt("scheme").selected_text(name).width(140.0).show_ui(ui, |ui| {
-        for (other, name) in schemes {
-            if ui.selectable_label(same(other, scheme), name).clicked() && !same(other, scheme) {
-                actions.write(Action::SetScheme(other));
+    egui::ComboBox::from_id_salt("scheme").selected_text(scheme.method.name()).width(140.0).show_ui(ui, |ui| {
+        for method in Method::ALL {
+            if ui.selectable_label(method == scheme.method, method.name()).clicked() && method != scheme.method {
+                actions.write(Action::SetScheme(Scheme::of(method)));
             }
         }
     });
     ui.end_row();
     ui.label("Level");
-    let mut levels = scheme.levels();
-    ui.spacing_mut().slider_width = 96.0;
-    // One more level doubles the work; beyond eight nobody sees a difference.
-    if ui.add(egui::Slider::new(&mut levels, 1..=8)).changed() {
-        actions.write(Action::SetScheme(scheme.with_levels(levels)));
+    if let Sampling::Levels(mut levels) = scheme.sampling {
+        ui.spacing_mut().slider_width = 96.0;
+        // One more level doubles the work; beyond eight nobody sees a difference.
+        if ui.add(egui::Slider::new(&mut levels, 1..=8)).changed() {
+            actions.write(Action::SetScheme(scheme.with_levels(levels)));
+        }
     }
     ui.end_row();
 }

@@ -1,6 +1,6 @@
 //! Changes to a spline, as plain data with inverses.
 
-use super::{Anchor, Join, Scheme, Spline, handles};
+use super::{Anchor, Join, Sampling, Scheme, Spline, handles};
 use crate::geodesic::{PathError, PathFinder};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
@@ -115,7 +115,7 @@ impl SplinePatch {
 fn hash_spline(spline: &Spline) -> u64 {
     let mut words = Words::default();
     words.mix(u64::from(spline.closed));
-    words.mix(u64::from(spline.scheme.levels()) << 1 | u64::from(matches!(spline.scheme, Scheme::DeCasteljau { .. })));
+    words.scheme(&spline.scheme);
     spline.anchors.iter().for_each(|a| words.mix(hash_anchor(a)));
     words.0
 }
@@ -147,6 +147,18 @@ impl Words {
     fn mix(&mut self, word: u64) {
         self.0 = (self.0 ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd).wrapping_add(0x9e37_79b9_7f4a_7c15);
         self.0 ^= self.0 >> 32;
+    }
+
+    fn scheme(&mut self, scheme: &Scheme) {
+        self.mix(scheme.method as u64 | u64::from(scheme.on_curve) << 8);
+        match scheme.sampling {
+            Sampling::Levels(levels) => self.mix(u64::from(levels)),
+            Sampling::Length(length) => self.mix(length.to_bits()),
+            Sampling::Adaptive { turn, length } => {
+                self.mix(turn.to_bits());
+                self.mix(length.map_or(1, f64::to_bits));
+            }
+        }
     }
 
     fn point(&mut self, point: &SurfacePoint) {

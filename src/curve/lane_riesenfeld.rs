@@ -1,15 +1,61 @@
-//! Open-uniform Lane–Riesenfeld subdivision (Mancinelli et al. 2022, sec. 3.6, with the stencils for the first levels and
-//! the corrected index ranges).
+//! Lane–Riesenfeld subdivision of B-splines with uniform knots (Mancinelli et al. 2022, sec. 3.6, with the stencils for the
+//! first levels and the corrected index ranges): cubic and quadratic, with clamped ends and periodic.
 //!
-//! A level with N intervals has N + 3 control points; interval i is governed by points i … i + 3, and its children are
-//! intervals 2i and 2i + 1 of the next level.
+//! A clamped chain of n intervals has n + degree control points, a periodic one n. Interval i is governed by points
+//! i … i + degree, and its children are intervals 2i and 2i + 1 of the next level. A Bézier polygon is a clamped chain of one
+//! interval.
 
 use super::{
     average::{Averager, Span},
-    casteljau::{self, Legs},
+    casteljau::Legs,
 };
 use crate::geodesic::{PathError, inner::InnerPath};
 use crate::surface::InnerPoint;
+
+/// The knots of a B-spline: consecutive integers, repeated at clamped ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Knots {
+    /// 2 or 3.
+    pub(crate) degree: usize,
+    /// Number of intervals.
+    pub(crate) intervals: usize,
+    pub(crate) periodic: bool,
+}
+
+impl Knots {
+    /// Those of a Bézier polygon of some degree.
+    pub(crate) const fn bezier(degree: usize) -> Self {
+        Self { degree, intervals: 1, periodic: false }
+    }
+
+    /// Those of the next level.
+    const fn doubled(self) -> Self {
+        Self { intervals: 2 * self.intervals, ..self }
+    }
+
+    /// The shortest chain in which an interval has the same neighbourhood, and its place there: whatever is computed from
+    /// that does not depend on what lies further away.
+    pub(crate) fn around(self, interval: usize) -> (Self, usize) {
+        if self.periodic {
+            return (self, interval);
+        }
+        let before = interval.min(self.degree);
+        let after = (self.intervals - 1 - interval).min(self.degree);
+        (Self { intervals: before + 1 + after, ..self }, before)
+    }
+
+    /// The knot at `i` intervals from the first, which may be negative.
+    fn knot(self, i: isize) -> f64 {
+        let clamped = if self.periodic { i } else { i.clamp(0, self.intervals as isize) };
+        clamped as f64
+    }
+
+    /// Parameter of control point `i` in intervals: the mean of its knots (Greville).
+    pub(crate) fn greville(self, i: usize) -> f64 {
+        let (i, degree) = (i as isize, self.degree as isize);
+        (0..degree).map(|k| self.knot(i + k + 1 - degree)).sum::<f64>() / degree as f64
+    }
+}
 
 /// How a point of the next level is made from the legs of this one; leg j joins points j and j + 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +70,28 @@ enum Stencil {
     Last,
 }
 
-/// The stencil of point `i` of the level that follows one with `n` intervals.
-fn stencil(n: usize, i: usize) -> Stencil {
+/// The stencil of point `i` of the level that follows.
+fn stencil(knots: Knots, i: usize) -> Stencil {
     use Stencil::{Across, First, Last, On};
+    let n = knots.intervals;
+    let regular = match (knots.degree, i % 2) {
+        (2, 0) => On(i / 2, 0.25),
+        (2, _) => On(i / 2, 0.75),
+        (_, 0) => On(i / 2, 0.5),
+        (_, _) => Across(i / 2, 0.75, 0.25),
+    };
+    if knots.periodic {
+        return regular;
+    }
+    if knots.degree == 2 {
+        return match i {
+            0 => First,
+            1 => On(0, 0.5),
+            i if i > 2 * n => Last,
+            i if i == 2 * n => On(n, 0.5),
+            _ => regular,
+        };
+    }
     let last = 2 * n + 2;
     match (n, i) {
         (_, 0) => First,
@@ -39,8 +104,7 @@ fn stencil(n: usize, i: usize) -> Stencil {
         (_, i) if i == last - 1 => On(n + 1, 0.5),
         (_, i) if i == last - 2 => On(n, 0.75),
         (_, i) if i == last - 3 => Across(n - 1, 0.75, 0.375),
-        (_, i) if i % 2 == 0 => On(i / 2, 0.5),
-        (_, i) => Across(i / 2, 0.75, 0.25),
+        _ => regular,
     }
 }
 
@@ -52,8 +116,14 @@ struct Made {
 }
 
 /// Makes point `i` of the next level; `legs[0]` is leg `offset` of this one.
-fn make(averager: &mut Averager<'_>, n: usize, i: usize, legs: &[InnerPath], offset: usize) -> Result<Made, PathError> {
-    let stencil = stencil(n, i);
+fn make(
+    averager: &mut Averager<'_>,
+    knots: Knots,
+    i: usize,
+    legs: &[InnerPath],
+    offset: usize,
+) -> Result<Made, PathError> {
+    let stencil = stencil(knots, i);
     let (point, across) = match stencil {
         Stencil::First => (legs[0].start, None),
         Stencil::Last => (legs[legs.len() - 1].end, None),
@@ -93,11 +163,12 @@ fn join(
     }
 }
 
-/// The points of the level after `levels` steps; `legs` receives the legs between them if `joined`, else those of the
-/// level before.
+/// The points of the level after `levels` steps of a clamped chain; `legs` receives the legs between them if `joined`, else
+/// those of the level before.
 pub(crate) fn trace(
     averager: &mut Averager<'_>,
-    legs: &mut Vec<InnerPath>,
+    knots: Knots,
+    legs: &mut Legs,
     levels: u8,
     joined: bool,
     points: &mut Vec<InnerPoint>,
@@ -105,10 +176,10 @@ pub(crate) fn trace(
     points.clear();
     points.extend(legs.iter().map(|leg| leg.start));
     points.extend(legs.last().map(|leg| leg.end));
+    let mut knots = knots;
     for level in 0..levels {
-        let n = 1_usize << level;
-        let made: Vec<Made> =
-            (0..2 * n + 3).map(|i| make(averager, n, i, legs, 0)).collect::<Result<_, PathError>>()?;
+        let count = 2 * knots.intervals + knots.degree;
+        let made: Vec<Made> = (0..count).map(|i| make(averager, knots, i, legs, 0)).collect::<Result<_, _>>()?;
         points.clear();
         points.extend(made.iter().map(|m| m.point));
         if joined || level + 1 < levels {
@@ -117,72 +188,69 @@ pub(crate) fn trace(
                 .map(|pair| join(averager, [&pair[0], &pair[1]], legs, 0))
                 .collect::<Result<_, PathError>>()?;
         }
+        knots = knots.doubled();
     }
     Ok(())
 }
 
-/// Parameter of control point `i` of a level with `n` intervals: the mean of its three knots (Greville).
-pub(crate) fn parameter(n: usize, i: usize) -> f64 {
-    let knot = |k: usize| k.saturating_sub(2).min(n) as f64;
-    (knot(i) + knot(i + 1) + knot(i + 2)) / (3.0 * n as f64)
+/// One interval of a B-spline, with the legs between its control points.
+#[derive(Clone, Debug)]
+pub(crate) struct Interval {
+    pub(crate) knots: Knots,
+    pub(crate) index: usize,
+    pub(crate) legs: Legs,
 }
 
-/// The limit curve's point at `t`: descends into the interval of `t` until its polygon is short and nearly straight, turns
-/// that into a Bézier polygon, and averages directly.
-pub(crate) fn evaluate(averager: &mut Averager<'_>, legs: Legs, t: f64) -> Result<InnerPoint, PathError> {
-    const MAX_LEVELS: u32 = 12;
-    let t = t.clamp(0.0, 1.0);
-    if t == 0.0 {
-        return Ok(legs[0].start);
-    }
-    if t == 1.0 {
-        return Ok(legs[2].end);
-    }
-    let (mut n, mut i, mut legs) = (1_usize, 0_usize, legs);
-    for level in 0..MAX_LEVELS {
-        // The rules that turn an interval into a Bézier polygon hold from four intervals on.
-        if level >= 2 && casteljau::is_flat(averager, &legs) {
-            break;
-        }
-        let child = ((t * (2 * n) as f64) as usize).clamp(2 * i, 2 * i + 1);
+impl Interval {
+    /// The two intervals of the next level.
+    pub(crate) fn halve(&self, averager: &mut Averager<'_>) -> Result<[Self; 2], PathError> {
+        let (first, degree) = (2 * self.index, self.knots.degree);
+        let points = first..first + degree + 2;
         let made: Vec<Made> =
-            (child..child + 4).map(|k| make(averager, n, k, &legs, i)).collect::<Result<_, PathError>>()?;
-        let next = [0, 1, 2].map(|k| join(averager, [&made[k], &made[k + 1]], &legs, i));
-        let [a, b, c] = next;
-        legs = [a?, b?, c?];
-        (n, i) = (2 * n, child);
+            points.map(|k| make(averager, self.knots, k, &self.legs, self.index)).collect::<Result<_, _>>()?;
+        let mut left: Legs = made
+            .windows(2)
+            .map(|pair| join(averager, [&pair[0], &pair[1]], &self.legs, self.index))
+            .collect::<Result<_, _>>()?;
+        let right = left[1..].to_vec();
+        left.truncate(degree);
+        let knots = self.knots.doubled();
+        Ok([Self { knots, index: first, legs: left }, Self { knots, index: first + 1, legs: right }])
     }
-    let polygon = bezier_of_interval(averager, &legs, n, i)?;
-    casteljau::direct(averager, &polygon, (t * n as f64 - i as f64).clamp(0.0, 1.0))
-}
 
-/// The Bézier polygon of interval `i` of `n` ≥ 4 by its blossom; exact in the plane.
-fn bezier_of_interval(averager: &mut Averager<'_>, [l0, l1, l2]: &Legs, n: usize, i: usize) -> Result<Legs, PathError> {
-    const THIRD: f64 = 1.0 / 3.0;
-    let surface = averager.surface;
-    let (first, last) = (i == 0, i + 1 == n);
-    // Shares of the middle leg at which the inner control points lie.
-    let (from, to) = if first {
-        (0.0, 0.5)
-    } else if last {
-        (0.5, 1.0)
-    } else {
-        (THIRD, 2.0 * THIRD)
-    };
-    let middle = l1.piece(surface, from, to);
-    let left = if first {
-        l0.clone()
-    } else {
-        let share = if i == 1 { 0.5 } else { 2.0 * THIRD };
-        averager.bridge(Span::new(l0, share, 1.0), Span::new(l1, 0.0, from))?.piece(surface, 0.5, 1.0)
-    };
-    let right = if last {
-        l2.clone()
-    } else {
-        let share = if i + 2 == n { 0.5 } else { THIRD };
-        averager.bridge(Span::new(l1, to, 1.0), Span::new(l2, 0.0, share))?.piece(surface, 0.0, 0.5)
-    };
-    Ok([left, middle, right])
+    /// The Bézier polygon of the interval by its blossom; exact in the plane.
+    ///
+    /// Control point f(u, v, w) belongs to three consecutive knots; the Bézier points of [a, b] are f(a, a, a), f(a, a, b),
+    /// f(a, b, b), f(b, b, b), and f is affine in each of its arguments.
+    pub(crate) fn bezier(&self, averager: &mut Averager<'_>) -> Result<Legs, PathError> {
+        let surface = averager.surface;
+        // Knots are counted from a = 0, b = 1, which keeps shares equal wherever the interval lies.
+        let i = self.index as isize;
+        let knot = |k: isize| self.knots.knot(i + k) - self.knots.knot(i);
+        let (before, after) = (knot(-1), knot(2));
+        if self.knots.degree == 2 {
+            let (from, to) = (-before / (1.0 - before), 1.0 / after);
+            return Ok(vec![self.legs[0].piece(surface, from, 1.0), self.legs[1].piece(surface, 0.0, to)]);
+        }
+        let [l0, l1, l2] = [&self.legs[0], &self.legs[1], &self.legs[2]];
+        let (from, to) = (-before / (after - before), (1.0 - before) / (after - before));
+        let middle = l1.piece(surface, from, to);
+        let share = -knot(-2) / (1.0 - knot(-2)); // of f(before, a, a) on the first leg
+        let left = if from == 0.0 {
+            l0.piece(surface, share, 1.0)
+        } else {
+            let path = averager.bridge(Span::new(l0, share, 1.0), Span::new(l1, 0.0, from))?;
+            path.piece(surface, -before / (1.0 - before), 1.0)
+        };
+        let share = 1.0 / knot(3); // of f(b, b, after) on the last leg
+        let right = if to == 1.0 {
+            l2.piece(surface, 0.0, share)
+        } else {
+            let path = averager.bridge(Span::new(l1, to, 1.0), Span::new(l2, 0.0, share))?;
+            path.piece(surface, 0.0, 1.0 / after)
+        };
+        Ok(vec![left, middle, right])
+    }
 }
 
 #[cfg(test)]
@@ -190,31 +258,37 @@ mod tests {
     use super::*;
 
     /// Applies the stencils to numbers on a line.
-    fn subdivide(points: &[f64]) -> Vec<f64> {
-        let n = points.len() - 3;
-        let on = |j: usize, share: f64| points[j] + share * (points[j + 1] - points[j]);
-        (0..2 * n + 3)
-            .map(|i| match stencil(n, i) {
+    fn subdivide(knots: Knots, points: &[f64]) -> Vec<f64> {
+        let m = points.len();
+        let on = |j: usize, share: f64| points[j % m] + share * (points[(j + 1) % m] - points[j % m]);
+        let count = if knots.periodic { 2 * m } else { 2 * knots.intervals + knots.degree };
+        (0..count)
+            .map(|i| match stencil(knots, i) {
                 Stencil::First => points[0],
-                Stencil::Last => points[n + 2],
+                Stencil::Last => points[m - 1],
                 Stencil::On(j, share) => on(j, share),
                 Stencil::Across(j, a, b) => 0.5 * (on(j, a) + on(j + 1, b)),
             })
             .collect()
     }
 
+    fn clamped(degree: usize, intervals: usize) -> Knots {
+        Knots { degree, intervals, periodic: false }
+    }
+
     /// Knot insertion at all middles (Oslo/Boehm), one knot at a time.
-    fn insert_knots(points: &[f64]) -> Vec<f64> {
-        let n = points.len() - 3;
-        let mut knots: Vec<f64> = [vec![0.0; 3], (0..=n).map(|k| k as f64).collect(), vec![n as f64; 3]].concat();
+    fn insert_knots(degree: usize, points: &[f64]) -> Vec<f64> {
+        let n = points.len() - degree;
+        let ends = |at: f64| vec![at; degree];
+        let mut knots: Vec<f64> = [ends(0.0), (0..=n).map(|k| k as f64).collect(), ends(n as f64)].concat();
         let mut points = points.to_vec();
         for k in 0..n {
             let u = k as f64 + 0.5;
             let span = knots.partition_point(|x| *x <= u) - 1;
             let old = points.clone();
             points.insert(span, 0.0);
-            for i in span - 2..=span {
-                let a = (u - knots[i]) / (knots[i + 3] - knots[i]);
+            for i in span + 1 - degree..=span {
+                let a = (u - knots[i]) / (knots[i + degree] - knots[i]);
                 points[i] = (1.0 - a) * old[i - 1] + a * old[i];
             }
             points[span + 1..].copy_from_slice(&old[span..]);
@@ -225,32 +299,53 @@ mod tests {
 
     #[test]
     fn stencils_are_knot_insertion() {
-        for n in [1, 2, 4, 8, 16] {
-            for one in 0..n + 3 {
-                let points: Vec<f64> = (0..n + 3).map(|i| f64::from(u8::from(i == one))).collect();
-                let (ours, exact) = (subdivide(&points), insert_knots(&points));
+        for (degree, n) in [2, 3].into_iter().flat_map(|d| [1, 2, 3, 4, 5, 6, 7, 8, 9, 16].map(|n| (d, n))) {
+            for one in 0..n + degree {
+                let points: Vec<f64> = (0..n + degree).map(|i| f64::from(u8::from(i == one))).collect();
+                let (ours, exact) = (subdivide(clamped(degree, n), &points), insert_knots(degree, &points));
+                assert_eq!(ours.len(), exact.len());
                 for (i, (a, b)) in ours.iter().zip(&exact).enumerate() {
-                    assert!((a - b).abs() < 1e-15, "n {n} point {one} of {i}: {a} for {b}");
+                    assert!((a - b).abs() < 1e-15, "degree {degree}, n {n}, point {one} of {i}: {a} for {b}");
                 }
             }
         }
     }
 
     #[test]
+    fn periodic_chains_are_the_middle_of_long_ones() {
+        for degree in [2, 3] {
+            let points = [3.0, -1.0, 4.0, 1.0, -5.0];
+            let long: Vec<f64> = points.iter().cycle().take(20).copied().collect();
+            let around = subdivide(Knots { degree, intervals: 5, periodic: true }, &points);
+            let along = subdivide(clamped(degree, long.len() - degree), &long);
+            assert_eq!(around[..], along[10..20]);
+        }
+    }
+
+    #[test]
     fn stencils_are_symmetric() {
-        for n in [1, 2, 4, 8] {
-            let points: Vec<f64> = (0..n + 3).map(|i| ((i * i * 7 + 3 * i) % 11) as f64).collect();
+        for (degree, n) in [(2, 1), (2, 2), (2, 5), (3, 1), (3, 2), (3, 3), (3, 4), (3, 5), (3, 8)] {
+            let points: Vec<f64> = (0..n + degree).map(|i| ((i * i * 7 + 3 * i) % 11) as f64).collect();
             let reversed: Vec<f64> = points.iter().rev().copied().collect();
-            let mut mirrored = subdivide(&reversed);
+            let mut mirrored = subdivide(clamped(degree, n), &reversed);
             mirrored.reverse();
-            assert_eq!(subdivide(&points), mirrored);
+            assert_eq!(subdivide(clamped(degree, n), &points), mirrored);
         }
     }
 
     #[test]
     fn parameters_are_means_of_knots() {
-        let of = |n: usize| (0..n + 3).map(|i| parameter(n, i) * n as f64).collect::<Vec<_>>();
-        assert_eq!(of(1), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]);
-        assert_eq!(of(4), [0.0, 1.0 / 3.0, 1.0, 2.0, 3.0, 11.0 / 3.0, 4.0]);
+        let of = |knots: Knots, count: usize| (0..count).map(|i| knots.greville(i)).collect::<Vec<_>>();
+        assert_eq!(of(clamped(3, 1), 4), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]);
+        assert_eq!(of(clamped(3, 4), 7), [0.0, 1.0 / 3.0, 1.0, 2.0, 3.0, 11.0 / 3.0, 4.0]);
+        assert_eq!(of(clamped(2, 3), 5), [0.0, 0.5, 1.5, 2.5, 3.0]);
+    }
+
+    #[test]
+    fn neighbourhoods_are_cut_short() {
+        assert_eq!(clamped(3, 1).around(0), (clamped(3, 1), 0));
+        assert_eq!(clamped(3, 5).around(4), (clamped(3, 4), 3));
+        assert_eq!(clamped(3, 100).around(50), (clamped(3, 7), 3));
+        assert_eq!(clamped(2, 100).around(1), (clamped(2, 4), 1));
     }
 }

@@ -6,10 +6,14 @@
 mod average;
 mod batch;
 mod casteljau;
+mod comparison;
 mod edit;
 mod handles;
 mod lane_riesenfeld;
+mod piece;
+mod sample;
 mod scheme;
+mod segment;
 mod spline;
 #[cfg(test)]
 mod tests;
@@ -17,7 +21,7 @@ mod trace;
 mod tracer;
 
 pub use edit::{EditError, HandleSide, SplineEdit, SplineEnd, SplinePatch};
-pub use scheme::Scheme;
+pub use scheme::{Method, Sampling, Scheme};
 pub use spline::{Anchor, Handle, Join, Spline, SplineError, SplineT};
-pub use trace::{NearestOnTrace, SegmentTrace, Trace};
-pub use tracer::{TraceError, TraceWorkspace, Tracer};
+pub use trace::{Jump, NearestOnTrace, SegmentTrace, Trace, TraceBound};
+pub use tracer::{CurvePoint, TraceError, TraceWorkspace, Tracer};

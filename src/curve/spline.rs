@@ -236,18 +236,34 @@ impl Spline {
         self.scheme
     }
 
-    /// Number of Bézier segments.
+    /// Number of segments: Bézier segments between anchors, or intervals of a B-spline.
     pub fn segment_count(&self) -> usize {
-        if self.closed { self.anchors.len() } else { self.anchors.len().saturating_sub(1) }
+        let n = self.anchors.len();
+        match (self.scheme.method.b_spline_degree(), self.closed) {
+            (None, true) => n,
+            (None, false) => n.saturating_sub(1),
+            (Some(_), true) => {
+                if n >= 3 {
+                    n
+                } else {
+                    0
+                }
+            }
+            (Some(degree), false) => n.saturating_sub(degree),
+        }
     }
 
-    /// The control points of a segment, if there is such a segment.
-    pub fn polygon(&self, segment: usize) -> Option<[SurfacePoint; 4]> {
+    /// The control points of a segment in order, if there is such a segment: four, of a quadratic B-spline three.
+    pub fn polygon(&self, segment: usize) -> Option<Vec<SurfacePoint>> {
         if segment >= self.segment_count() {
             return None;
         }
-        let (from, to) = (&self.anchors[segment], &self.anchors[(segment + 1) % self.anchors.len()]);
-        Some([from.point, from.outgoing.point(), to.incoming.point(), to.point])
+        let anchor = |k: usize| &self.anchors[(segment + k) % self.anchors.len()];
+        if let Some(degree) = self.scheme.method.b_spline_degree() {
+            return Some((0..=degree).map(|k| anchor(k).point).collect());
+        }
+        let (from, to) = (anchor(0), anchor(1));
+        Some(vec![from.point, from.outgoing.point(), to.incoming.point(), to.point])
     }
 
     /// The anchors before and after one, where the spline has them.

@@ -4,18 +4,28 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Scheme, SplineT};
-use crate::geodesic::{GeodesicPath, inner::InnerPath};
+use super::{SplineT, sample::Sampled, segment::SegmentKey};
+use crate::geodesic::GeodesicPath;
 use crate::surface::{InnerPoint, Surface, SurfacePoint};
 
-/// What a segment's trace depends on: two equal keys have one trace, bit for bit.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SegmentKey {
-    /// Fingerprint of the surface.
-    pub(crate) surface: u64,
-    /// First and last leg of the control polygon; both point away from their anchors.
-    pub(crate) legs: [GeodesicPath; 2],
-    pub(crate) scheme: Scheme,
+/// What kept an adaptive trace from being as straight as asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TraceBound {
+    /// A piece was halved twenty times.
+    Depth,
+    /// The segment has 4,096 pieces.
+    Pieces,
+    /// A bent piece is shorter than 1e-6 of the surface's diagonal: a cusp.
+    Length,
+}
+
+/// A place where points of a trace are apart however near their parameters are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// The local parameter.
+    pub t: f64,
+    /// How far apart the points are, in local units.
+    pub length: f64,
 }
 
 /// The trace of one segment.
@@ -30,13 +40,18 @@ pub struct SegmentTrace {
     distances: Vec<f64>,
     /// Where each path begins in the polyline, and one past the end.
     begins: Vec<u32>,
+    bound: Option<TraceBound>,
+    jumps: Vec<Jump>,
 }
 
 impl SegmentTrace {
     /// From the geodesics between consecutive points, and the points' parameters.
-    pub(crate) fn new(surface: &Surface, key: Option<SegmentKey>, legs: &[InnerPath], parameters: Vec<f64>) -> Self {
+    pub(crate) fn new(surface: &Surface, key: Option<SegmentKey>, sampled: Sampled, jumps: Vec<Jump>) -> Self {
+        let Sampled { paths: legs, parameters, bound } = sampled;
         let mut out = Self {
             key,
+            bound,
+            jumps,
             points: Vec::with_capacity(legs.len() + 1),
             parameters,
             paths: Vec::with_capacity(legs.len()),
@@ -54,7 +69,7 @@ impl SegmentTrace {
             out.distances.push(sum);
         };
         let mut end: Option<InnerPoint> = None;
-        for leg in legs {
+        for leg in &legs {
             if end.is_none() {
                 push(&mut out, surface.inner_position(&leg.start));
             }
@@ -95,6 +110,16 @@ impl SegmentTrace {
     /// Length along the trace.
     pub fn length(&self) -> f64 {
         self.distances.last().copied().unwrap_or(0.0)
+    }
+
+    /// What kept an adaptive trace from being as straight as asked for, if anything did.
+    pub fn bound(&self) -> Option<TraceBound> {
+        self.bound
+    }
+
+    /// Where the curve is torn: of the schemes that are there for comparison only, others have no such place.
+    pub fn jumps(&self) -> &[Jump] {
+        &self.jumps
     }
 
     /// The path that a vertex of the polyline belongs to: the one that ends at or after it.

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::{
-    Scheme, SegmentTrace, Spline, SplineT, Trace,
+    Method, Scheme, Spline, SplineT, Trace,
     average::Averager,
-    casteljau::{self, Legs},
-    lane_riesenfeld,
-    trace::SegmentKey,
+    lane_riesenfeld::Knots,
+    piece::Control,
+    segment::{self, ChainLegs, KeyControl, SegmentKey},
 };
-use crate::geodesic::{PathError, PathFinder, inner::InnerPath};
+use crate::geodesic::{PathError, PathFinder, Tangent};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
 /// Why a trace failed.
@@ -25,6 +25,14 @@ pub enum TraceError {
         t: f64,
         /// How many segments there are.
         segments: usize,
+    },
+    /// The polygon has too few or too many points for the method.
+    #[error("a polygon of {count} points is none of a {}: give 3 or 4 for a Bézier segment, at least 4 for a B-spline (3 for a quadratic one)", method.name())]
+    Polygon {
+        /// How many points there are.
+        count: usize,
+        /// The method.
+        method: Method,
     },
 }
 
@@ -70,67 +78,71 @@ impl<'s> Tracer<'s> {
         Self { surface, workspace: TraceWorkspace::default() }
     }
 
-    /// Traces one cubic segment, given its control points: anchor, handle, handle, anchor.
+    /// Traces a control polygon: three or four control points of a Bézier segment, or those of an open B-spline.
     ///
-    /// Cost: three searches across the polygon, then mostly short paths that continue known ones.
+    /// Cost: searches across the polygon, then mostly short paths that continue known ones.
     ///
     /// # Errors
-    /// [`TraceError`] if control points cannot be joined or do not belong to the surface.
-    pub fn trace(&mut self, polygon: &[SurfacePoint; 4], scheme: &Scheme) -> Result<Trace, TraceError> {
+    /// [`TraceError`] if control points cannot be joined or do not belong to the surface, or are too few or too many.
+    pub fn trace(&mut self, polygon: &[SurfacePoint], scheme: &Scheme) -> Result<Trace, TraceError> {
         let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
-        let legs = search_legs(&mut averager, polygon)?;
-        let segment = trace_segment(&mut averager, legs, *scheme, None)?;
-        Ok(Trace::new(vec![Arc::new(segment)], vec![0]))
+        let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
+        let traced = controls.into_iter().map(|control| segment::trace(&mut averager, control, *scheme, None));
+        let segments: Vec<_> = traced.map(|segment| segment.map(Arc::new)).collect::<Result<_, _>>()?;
+        let retraced = (0..segments.len() as u32).collect();
+        Ok(Trace::new(segments, retraced))
     }
 
-    /// Computes the scheme's points alone, into `out`, without the geodesics that join them.
+    /// Computes the scheme's points alone, into `out`; of Lane–Riesenfeld subdivision without the geodesics that join them.
     ///
     /// # Errors
     /// As [`trace`](Self::trace).
     pub fn trace_points(
         &mut self,
-        polygon: &[SurfacePoint; 4],
+        polygon: &[SurfacePoint],
         scheme: &Scheme,
         out: &mut Vec<SurfacePoint>,
     ) -> Result<(), TraceError> {
-        let surface = self.surface;
-        let mut averager = Averager { surface, finder: &mut self.workspace.finder };
-        let legs = search_legs(&mut averager, polygon)?;
+        let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
+        let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
         out.clear();
-        let mut paths = Vec::new();
-        match scheme {
-            Scheme::DeCasteljau { .. } => {
-                casteljau::trace(&mut averager, legs, scheme.levels(), &mut paths)?;
-                out.extend(paths.iter().map(|leg| surface.outer_point(&leg.start)));
-                out.extend(paths.last().map(|leg| surface.outer_point(&leg.end)));
-            }
-            Scheme::LaneRiesenfeld { .. } => {
-                paths.extend(legs);
-                let mut points = Vec::new();
-                lane_riesenfeld::trace(&mut averager, &mut paths, scheme.levels(), false, &mut points)?;
-                out.extend(points.iter().map(|p| surface.outer_point(p)));
-            }
+        for control in controls {
+            out.truncate(out.len().saturating_sub(1)); // the next segment begins with the last one's end
+            segment::trace_points(&mut averager, control, *scheme, out)?;
         }
         Ok(())
     }
 
-    /// The curve's own point at a local parameter from 0 to 1, to about 1e-6 of the diagonal.
+    /// The curve's own point at a parameter, counted in segments, to about 1e-6 of the diagonal.
     ///
     /// # Errors
-    /// As [`trace`](Self::trace), and if `t` is not in [0, 1].
-    pub fn evaluate(
-        &mut self,
-        polygon: &[SurfacePoint; 4],
-        scheme: &Scheme,
-        t: f64,
-    ) -> Result<SurfacePoint, TraceError> {
-        if !(0.0..=1.0).contains(&t) {
-            return Err(TraceError::Parameter { t, segments: 1 });
-        }
-        let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
-        let legs = search_legs(&mut averager, polygon)?;
-        evaluate_segment(&mut averager, legs, *scheme, t)
+    /// As [`trace`](Self::trace), and if the polygon's curve has no such parameter.
+    pub fn evaluate(&mut self, polygon: &[SurfacePoint], scheme: &Scheme, t: f64) -> Result<SurfacePoint, TraceError> {
+        Ok(self.curve_point(polygon, scheme, t)?.point)
     }
+
+    /// The curve's own point at a parameter, with derivative and geodesic curvature.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    pub fn curve_point(&mut self, polygon: &[SurfacePoint], scheme: &Scheme, t: f64) -> Result<CurvePoint, TraceError> {
+        let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
+        let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
+        let (segment, local) = SplineT(t).locate(controls.len())?;
+        segment::curve_point(&mut averager, &controls[segment], *scheme, local)
+    }
+}
+
+/// A point of a curve, with the curve's first two orders there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvePoint {
+    /// The point.
+    pub point: SurfacePoint,
+    /// Derivative by the parameter, in local units a segment; zero at a cusp and where control points coincide.
+    pub derivative: Tangent,
+    /// Geodesic curvature, one over a length: positive where the curve turns left as seen against the normal, zero where
+    /// the derivative is.
+    pub curvature: f64,
 }
 
 impl Spline {
@@ -146,6 +158,7 @@ impl Spline {
         previous: Option<&Trace>,
     ) -> Result<Trace, TraceError> {
         let known = previous.map_or(&[][..], Trace::segments);
+        let mut chain = ChainLegs::default();
         let mut retraced = Vec::new();
         let mut segments = Vec::with_capacity(self.segment_count());
         for i in 0..self.segment_count() {
@@ -158,8 +171,8 @@ impl Spline {
                 None => {
                     retraced.push(i as u32);
                     let mut averager = Averager { surface, finder: &mut workspace.finder };
-                    let legs = legs_of_key(&mut averager, &key)?;
-                    Arc::new(trace_segment(&mut averager, legs, self.scheme, Some(key))?)
+                    let control = key.control.control(&mut averager, i, &mut chain)?;
+                    Arc::new(segment::trace(&mut averager, control, self.scheme, Some(key))?)
                 }
             });
         }
@@ -176,74 +189,54 @@ impl Spline {
         workspace: &mut TraceWorkspace,
         t: SplineT,
     ) -> Result<SurfacePoint, TraceError> {
-        let segments = self.segment_count();
-        let inside = (0.0..=segments as f64).contains(&t.0);
-        let place = if inside { t.split(segments) } else { None };
-        let (segment, local) = place.ok_or(TraceError::Parameter { t: t.0, segments })?;
+        Ok(self.curve_point(surface, workspace, t)?.point)
+    }
+
+    /// The curve's own point at a parameter, with derivative and geodesic curvature. Where segments meet, those of the
+    /// segment that begins there are given.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    pub fn curve_point(
+        &self,
+        surface: &Surface,
+        workspace: &mut TraceWorkspace,
+        t: SplineT,
+    ) -> Result<CurvePoint, TraceError> {
+        let (segment, local) = t.locate(self.segment_count())?;
         let mut averager = Averager { surface, finder: &mut workspace.finder };
-        let legs = legs_of_key(&mut averager, &self.key(surface, segment))?;
-        evaluate_segment(&mut averager, legs, self.scheme, local)
+        let control = self.control(&mut averager, segment)?;
+        segment::curve_point(&mut averager, &control, self.scheme, local)
+    }
+
+    /// The piece of curve that a segment is.
+    pub(crate) fn control(&self, averager: &mut Averager<'_>, segment: usize) -> Result<Control, TraceError> {
+        self.key(averager.surface, segment).control.control(averager, 0, &mut ChainLegs::default())
     }
 
     fn key(&self, surface: &Surface, segment: usize) -> SegmentKey {
-        let (from, to) = (&self.anchors[segment], &self.anchors[(segment + 1) % self.anchors.len()]);
-        SegmentKey {
-            surface: surface.fingerprint(),
-            legs: [from.outgoing.leg.clone(), to.incoming.leg.clone()],
-            scheme: self.scheme.with_levels(self.scheme.levels()),
-        }
+        let n = self.anchors.len();
+        let anchor = |k: usize| &self.anchors[(segment + k) % n];
+        let control = match self.scheme.method.b_spline_degree() {
+            Some(degree) => {
+                let knots = Knots { degree, intervals: self.segment_count(), periodic: self.closed };
+                let (knots, index) = knots.around(segment);
+                KeyControl::BSpline { points: (0..=degree).map(|k| anchor(k).point).collect(), knots, index }
+            }
+            None => KeyControl::Bezier {
+                legs: Box::new([anchor(0).outgoing.leg.clone(), anchor(1).incoming.leg.clone()]),
+                middle: None,
+            },
+        };
+        SegmentKey { surface: surface.fingerprint(), control, scheme: self.scheme }
     }
 }
 
-/// The legs of a segment: the outer two belong to the document, the middle one is searched.
-fn legs_of_key(averager: &mut Averager<'_>, key: &SegmentKey) -> Result<Legs, TraceError> {
-    let first = InnerPath::from_outer(averager.surface, &key.legs[0])?;
-    let mut last = InnerPath::from_outer(averager.surface, &key.legs[1])?;
-    last.reverse(averager.surface);
-    let middle = averager.leg(&first.end, &last.start)?;
-    Ok([first, middle, last])
-}
-
-fn search_legs(averager: &mut Averager<'_>, polygon: &[SurfacePoint; 4]) -> Result<Legs, TraceError> {
-    let mut p = [averager.surface.inner_point(&polygon[0])?; 4];
-    for (inner, outer) in p.iter_mut().zip(polygon) {
-        *inner = averager.surface.inner_point(outer)?;
+impl SplineT {
+    /// Segment and local parameter of a spline of `segments` segments.
+    fn locate(self, segments: usize) -> Result<(usize, f64), TraceError> {
+        let inside = (0.0..=segments as f64).contains(&self.0);
+        let place = if inside { self.split(segments) } else { None };
+        place.ok_or(TraceError::Parameter { t: self.0, segments })
     }
-    Ok([averager.leg(&p[0], &p[1])?, averager.leg(&p[1], &p[2])?, averager.leg(&p[2], &p[3])?])
-}
-
-fn trace_segment(
-    averager: &mut Averager<'_>,
-    legs: Legs,
-    scheme: Scheme,
-    key: Option<SegmentKey>,
-) -> Result<SegmentTrace, TraceError> {
-    let mut paths = Vec::new();
-    let levels = scheme.levels();
-    let pieces = 1_usize << levels;
-    let parameters = match scheme {
-        Scheme::DeCasteljau { .. } => {
-            casteljau::trace(averager, legs, levels, &mut paths)?;
-            (0..=3 * pieces).map(|i| i as f64 / (3 * pieces) as f64).collect()
-        }
-        Scheme::LaneRiesenfeld { .. } => {
-            paths.extend(legs);
-            lane_riesenfeld::trace(averager, &mut paths, levels, true, &mut Vec::new())?;
-            (0..pieces + 3).map(|i| lane_riesenfeld::parameter(pieces, i)).collect()
-        }
-    };
-    Ok(SegmentTrace::new(averager.surface, key, &paths, parameters))
-}
-
-fn evaluate_segment(
-    averager: &mut Averager<'_>,
-    legs: Legs,
-    scheme: Scheme,
-    t: f64,
-) -> Result<SurfacePoint, TraceError> {
-    let point = match scheme {
-        Scheme::DeCasteljau { .. } => casteljau::evaluate(averager, legs, t)?,
-        Scheme::LaneRiesenfeld { .. } => lane_riesenfeld::evaluate(averager, legs, t)?,
-    };
-    Ok(averager.surface.outer_point(&point))
 }
