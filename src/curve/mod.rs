@@ -4,6 +4,7 @@
 //! between two points. A *leg* is such a path, computed once and asked for several shares.
 
 mod average;
+mod b_spline;
 mod batch;
 mod casteljau;
 mod comparison;

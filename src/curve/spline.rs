@@ -153,6 +153,14 @@ pub enum SplineError {
         /// How many distinct points there were.
         distinct: usize,
     },
+    /// Too few control points for a B-spline.
+    #[error("a B-spline like this needs {needed} control points, and there are {count}: give more")]
+    TooFewControlPoints {
+        /// How many there are.
+        count: usize,
+        /// How many are needed.
+        needed: usize,
+    },
     /// A point does not belong to the surface.
     #[error(transparent)]
     Point(#[from] PointError),

@@ -1,6 +1,7 @@
 //! Ground truths of curves. Here: what the tests share.
 
 mod nasty;
+mod plane;
 mod schemes;
 mod splines;
 
