@@ -3,6 +3,7 @@
 mod nasty;
 mod plane;
 mod schemes;
+mod sphere;
 mod splines;
 
 use glam::DVec3;
