@@ -1,6 +1,6 @@
 //! B-splines: splines whose anchors are control points.
 
-use super::{Scheme, Spline, SplineError, handles};
+use super::{JumpPolicy, Scheme, Spline, SplineError, handles};
 use crate::geodesic::PathError;
 use crate::surface::{Surface, SurfacePoint};
 
@@ -24,6 +24,6 @@ impl Spline {
                 return Err(PathError::NoPath { from: pair[0], to: pair[1] }.into());
             }
         }
-        Ok(Self { anchors, closed, scheme: Scheme::b_spline() })
+        Ok(Self { anchors, closed, scheme: Scheme::b_spline(), jumps: JumpPolicy::default() })
     }
 }
