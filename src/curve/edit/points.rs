@@ -24,8 +24,16 @@ impl Spline {
             JumpPolicy::AutoSplit => {
                 if let Some(segment) = next.first_jump(surface, finder, self, &led)? {
                     // One split a move: where that is not enough, the next move of the drag splits again.
-                    let split = self.insertion(surface, finder, SplineT(segment as f64 + 0.5))?.spline;
-                    next = split.moved(surface, finder, &shifted(edit, segment as u32))?.0;
+                    let mut split = self.insertion(surface, finder, SplineT(segment as f64 + 0.5))?.spline;
+                    next = if let SplineEdit::DragHandle { anchor, side, .. } = edit {
+                        // The insertion moved the handle, and yet it is to go where the drag leads it.
+                        let dragged = next.anchors[self.index(*anchor)?].handle(*side).clone();
+                        let anchor = split.index(after_split(*anchor, segment as u32))?;
+                        split.place_handle(surface, anchor, *side, dragged)?;
+                        split
+                    } else {
+                        split.moved(surface, finder, &shifted(edit, segment as u32))?.0
+                    };
                 }
             }
         }
@@ -168,6 +176,11 @@ impl Anchor {
     }
 }
 
+/// The number of an anchor after another was inserted in a segment.
+fn after_split(anchor: u32, segment: u32) -> u32 {
+    if anchor > segment { anchor + 1 } else { anchor }
+}
+
 /// The same edit after an anchor was inserted in a segment.
 fn shifted(edit: &SplineEdit, segment: u32) -> SplineEdit {
     let mut edit = edit.clone();
@@ -176,9 +189,8 @@ fn shifted(edit: &SplineEdit, segment: u32) -> SplineEdit {
     | SplineEdit::MoveHandle { anchor, .. }
     | SplineEdit::DragHandle { anchor, .. }
     | SplineEdit::SetJoin { anchor, .. } = &mut edit
-        && *anchor > segment
     {
-        *anchor += 1;
+        *anchor = after_split(*anchor, segment);
     }
     edit
 }

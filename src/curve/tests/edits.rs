@@ -174,7 +174,7 @@ fn straight_segments_are_geodesics_with_even_parameters() {
 
 /// Local control polygons: four points within a twentieth of the diagonal of one another.
 fn local_spline(surface: &Surface, random: &mut Random, scheme: Scheme) -> Spline {
-    let faces = surface.face_count() as usize;
+    let faces = surface.face_count();
     let middle =
         surface.position(&surface.point(crate::surface::FaceId(random.below(faces) as u32), [1.0 / 3.0; 3]).unwrap());
     let reach = 0.05 * surface.diagonal();

@@ -1,6 +1,7 @@
 //! Ground truths of curves. Here: what the tests share.
 
 mod edits;
+mod jumps;
 mod nasty;
 mod plane;
 mod schemes;
