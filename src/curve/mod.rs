@@ -21,6 +21,7 @@ mod tests;
 mod trace;
 mod tracer;
 
+pub use b_spline::{Conversion, Interpolation};
 pub use edit::{EditError, HandleSide, Insertion, JumpPolicy, SplineEdit, SplineEnd, SplinePatch};
 pub use scheme::{Method, Sampling, Scheme};
 pub use spline::{Anchor, Handle, Join, Spline, SplineError, SplineT};

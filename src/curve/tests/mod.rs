@@ -1,5 +1,6 @@
 //! Ground truths of curves. Here: what the tests share.
 
+mod b_splines;
 mod edits;
 mod jumps;
 mod nasty;
