@@ -182,7 +182,7 @@ fn local_spline(surface: &Surface, random: &mut Random, scheme: Scheme) -> Splin
     Spline::bezier(surface, &mut PathFinder::new(), polygon).unwrap().with_scheme(scheme)
 }
 
-fn bumpy(level: u32) -> TriangleMesh {
+pub(super) fn bumpy(level: u32) -> TriangleMesh {
     let mut mesh = shapes::icosphere(level);
     for p in &mut mesh.positions {
         *p *= 1.0 + 0.1 * (4.0 * p.x).sin() * (5.0 * p.y + 1.0).cos() + 0.05 * (7.0 * p.z).sin();

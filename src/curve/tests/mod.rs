@@ -1,6 +1,7 @@
 //! Ground truths of curves. Here: what the tests share.
 
 mod b_splines;
+mod comparison;
 mod edits;
 mod jumps;
 mod nasty;

@@ -85,19 +85,30 @@ fn reversed_polygons_give_reversed_traces() {
     let mut tracer = Tracer::new(&surface);
     let mut random = Random(5);
     for _ in 0..10 {
-        let mut polygon = [(); 4].map(|()| at(&surface, random.on_sphere() * 2.5));
-        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
-            let mut positions = |polygon: &[SurfacePoint; 4]| -> Vec<DVec3> {
+        let polygon = [(); 6].map(|()| at(&surface, random.on_sphere() * 2.5));
+        let mut check = |polygon: &[SurfacePoint], scheme: Scheme| {
+            let mut positions = |polygon: &[SurfacePoint]| -> Vec<DVec3> {
                 let trace = tracer.trace(polygon, &scheme).unwrap();
-                trace.segments()[0].points().iter().map(|p| surface.position(p)).collect()
+                let points = trace.segments().iter().flat_map(|s| s.points());
+                points.map(|p| surface.position(p)).collect()
             };
-            let there = positions(&polygon);
-            polygon.reverse();
-            let back = positions(&polygon);
+            let there = positions(polygon);
+            let reversed: Vec<_> = polygon.iter().rev().copied().collect();
+            let back = positions(&reversed);
+            assert_eq!(there.len(), back.len(), "{scheme:?}");
             for (p, q) in there.iter().zip(back.iter().rev()) {
                 assert!(p.distance(*q) < 1e-12 * surface.diagonal(), "{scheme:?}: {}", p.distance(*q));
             }
+        };
+        for base in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+            for scheme in [base, base.on_curve(), base.adaptive(), base.adaptive().on_curve(), base.with_length(0.1)] {
+                check(&polygon[..4], scheme);
+                check(&polygon[..3], scheme);
+            }
         }
+        check(&polygon, Scheme::b_spline());
+        check(&polygon, Scheme::quadratic_b_spline());
+        check(&polygon[..4], Scheme::direct());
     }
 }
 
@@ -120,17 +131,21 @@ fn degenerate_polygons_are_traced() {
 }
 
 #[test]
-fn legs_shrink_by_half() {
+fn legs_shrink() {
     let surface = built(&shapes::torus(2.0, 0.8, 60, 30));
     let mut tracer = Tracer::new(&surface);
     let mut random = Random(9);
     for _ in 0..5 {
         let polygon = [(); 4].map(|()| at(&surface, random.on_sphere() * 2.5));
-        let mut longest = |levels: u8| {
-            let trace = tracer.trace(&polygon, &Scheme::de_casteljau().with_levels(levels)).unwrap();
+        let mut longest = |scheme: Scheme, levels: u8| {
+            let trace = tracer.trace(&polygon, &scheme.with_levels(levels)).unwrap();
             trace.segments()[0].paths().iter().map(|p| p.length()).fold(0.0, f64::max)
         };
-        let lengths: Vec<f64> = (0..6).map(&mut longest).collect();
+        let lengths: Vec<f64> = (0..7).map(|levels| longest(Scheme::de_casteljau(), levels)).collect();
         assert!(lengths.windows(2).all(|w| w[1] <= 0.5 * w[0] * (1.0 + 1e-9)), "{lengths:?}");
+        // Lane–Riesenfeld: never longer from the second level on, and halves in the end.
+        let lengths: Vec<f64> = (2..9).map(|levels| longest(Scheme::lane_riesenfeld(), levels)).collect();
+        assert!(lengths.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-9)), "{lengths:?}");
+        assert!(lengths[6] < 0.55 * lengths[5], "{lengths:?}");
     }
 }
