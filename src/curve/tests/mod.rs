@@ -1,5 +1,6 @@
 //! Ground truths of curves. Here: what the tests share.
 
+mod adaptive;
 mod nasty;
 mod schemes;
 mod splines;
