@@ -18,7 +18,7 @@ usage: campaign MESH_OR_DIR... [options]
   --schemes A,B,…        from the list below; default rdc,olr
   --threads T            worker threads (default 1)
   --timeout SECONDS      CPU time after which a case counts as failed (default 60), of the schemes for comparison as timed
-                         out; at ten times that the run is given up
+                         out; at ten (for comparison: a hundred) times that the run is given up
   --csv FILE             writes the results; with cases and pairs, those of pairs go to FILE with `.pairs` before its extension
   --reference DIR        a folder with curves.csv and pairs.csv to compare with (default: beside the cases, if there)
   --hash                 prints one number for the bits of all paths
