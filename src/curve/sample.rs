@@ -3,7 +3,7 @@
 use super::{
     Sampling, TraceBound,
     average::{Averager, Span},
-    piece::{Control, is_flat, joint_turn},
+    piece::{Control, is_flat, leg_turn, with_length},
 };
 use crate::geodesic::{PathError, inner::InnerPath, tangent::spell_in};
 
@@ -218,9 +218,9 @@ fn look_at(averager: &Averager<'_>, parts: &mut [Part], limits: Limits) {
             parts[i].looked_at = true;
         }
         if i + 1 < parts.len() && (is_new[i] || is_new[i + 1]) {
-            let ends = (parts[i].paths.last(), parts[i + 1].paths.first());
-            let turns = |(a, b): (&InnerPath, &InnerPath)| joint_turn(averager, a, b) > limits.turn;
-            parts[i].bent_after = ends.0.zip(ends.1).is_some_and(turns);
+            let before = with_length(averager, &parts[i].paths).next_back();
+            let after = with_length(averager, &parts[i + 1].paths).next();
+            parts[i].bent_after = before.zip(after).is_some_and(|(a, b)| leg_turn(averager, a, b) > limits.turn);
         }
     }
 }

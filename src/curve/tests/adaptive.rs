@@ -33,3 +33,19 @@ fn pieces_joined_to_deeper_neighbours_stay_straight_enough() {
     }
     assert!(bounds < 12, "{bounds}");
 }
+
+/// A leg without length between two others must not hide their turn: these polygons passed for straight.
+#[test]
+fn doubled_control_points_hide_no_corner() {
+    let surface = built(&shapes::grid(7, 7, 1.0, 1.0));
+    let mut tracer = Tracer::new(&surface);
+    let [a, b, c] = [(0.11, 0.13), (0.8, 0.2), (0.77, 0.9)].map(|(x, y)| at(&surface, DVec3::new(x, y, 0.0)));
+    for (polygon, bound) in [([a, b, b, c], None), ([a, b, b, a], Some(TraceBound::Length)), ([a, a, b, c], None)] {
+        for scheme in [Scheme::de_casteljau(), Scheme::de_casteljau().on_curve()] {
+            let exact = tracer.trace(&polygon, &scheme.with_levels(8)).unwrap().length();
+            let trace = tracer.trace(&polygon, &scheme.adaptive()).unwrap();
+            assert_eq!(trace.segments()[0].bound(), bound);
+            assert!((trace.length() - exact).abs() < 5e-3 * exact, "{} for {exact}", trace.length());
+        }
+    }
+}
