@@ -1,6 +1,7 @@
 //! The Bevy plugin in a headless app.
 
 mod drags;
+mod jumps;
 mod picks;
 mod samples;
 mod surfaces;
