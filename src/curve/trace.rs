@@ -353,7 +353,7 @@ mod tests {
         Surface::build(&shapes::torus(1.0, 0.45, 48, 24), &SurfaceOptions::default()).expect("a surface")
     }
 
-    /// A control polygon that winds about the torus; at 0.3 small, at 0.75 so large that naive schemes break.
+    /// A control polygon on the torus; at 0.75 it is so large that the schemes for comparison break.
     fn polygon(surface: &Surface, size: f64) -> Vec<SurfacePoint> {
         let near = |(u, v): (f64, f64)| {
             let (u, v) = (3.0 * size * u, 0.6 * size * v + 1.0);
