@@ -6,11 +6,12 @@ use glam::DVec2;
 
 use crate::geodesic::{
     PathError, PathFinder,
+    chain::turn_into,
     inner::InnerPath,
     tangent::InnerTangent,
     transport::{angle_at, direction_from, direction_to},
 };
-use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
+use crate::surface::{InnerPoint, Surface};
 
 /// Legs longer than this share of the diagonal are searched rather than continued (spec: beyond it, continuation winds
 /// around bumps).
@@ -90,41 +91,5 @@ impl Averager<'_> {
         }
         let angle = angle_at(self.surface, &here, &arriving, &leaving).rem_euclid(TAU);
         if angle > PI { angle - TAU } else { angle }
-    }
-}
-
-/// Extends a strip from the face a point is spelled in to another face around the point, the shorter way around a vertex;
-/// says whether that face was reached.
-fn turn_into(surface: &Surface, here: &InnerPoint, face: u32, strip: &mut Vec<HalfEdge>) -> bool {
-    if here.face == face {
-        return true;
-    }
-    match here.zeros() {
-        Zeros::None => false,
-        Zeros::Side(k) => {
-            let h = HalfEdge::new(here.face, k);
-            strip.push(h);
-            surface.twin(h).is_some() && surface.twin(h).face() == face
-        }
-        Zeros::Corner(k) => {
-            let start = HalfEdge::new(here.face, k);
-            let around = |left: bool| {
-                let mut crossed = Vec::new();
-                let mut h = start;
-                while h.face() != face {
-                    let side = if left { h.prev() } else { h };
-                    let twin = surface.twin(side);
-                    if !twin.is_some() || (twin.face() == start.face() && !crossed.is_empty()) {
-                        return None;
-                    }
-                    crossed.push(side);
-                    h = if left { twin } else { twin.next() };
-                }
-                Some(crossed)
-            };
-            let ways = [around(true), around(false)];
-            let shorter = ways.into_iter().flatten().min_by_key(Vec::len);
-            shorter.map(|way| strip.extend(way)).is_some()
-        }
     }
 }

@@ -26,46 +26,64 @@ const LEVELS: u8 = 5;
 
 /// Traces a segment by points at evenly spaced parameters, and finds where they jump.
 ///
-/// Between two points that are further apart than the control polygon allows in the plane, the parameters are bisected ten
-/// times; what is still a tenth as far apart is a jump.
+/// Between two points that are further apart than their neighbours are, or than the control polygon allows in the plane, the
+/// parameters are bisected ten times; what is still a thirtieth as far apart, instead of a thousandth, is a jump.
 pub(crate) fn sample(
     averager: &mut Averager<'_>,
     legs: &[InnerPath],
     method: Method,
     sampling: Sampling,
 ) -> Result<(Sampled, Vec<Jump>), TraceError> {
-    const BISECTIONS: u32 = 10;
+    /// Steps longer than both neighbours by this factor are looked at.
+    const LONGER: f64 = 1.25;
     let longest = legs.iter().map(|leg| leg.length).fold(0.0, f64::max);
-    let count = 1_u32 << sampling.levels(longest).unwrap_or(LEVELS);
-    let reach = legs.len() as f64 * longest / f64::from(count);
+    let count = 1_usize << sampling.levels(longest).unwrap_or(LEVELS);
+    let parameters: Vec<f64> = (0..=count).map(|k| k as f64 / count as f64).collect();
+    let mut points = Vec::with_capacity(count + 1);
+    let mut paths: Vec<InnerPath> = Vec::with_capacity(count);
     let mut here = start(legs);
-    let mut paths = Vec::with_capacity(count as usize);
-    let mut jumps = Vec::new();
-    for i in 0..count {
-        let [from, to] = [i, i + 1].map(|k| f64::from(k) / f64::from(count));
-        let next = point_at(averager, legs, method, to, &here)?;
-        let path = averager.leg(&here, &next)?;
-        if path.length > reach * (1.0 + 1e-9) {
-            let (mut low, mut high, mut gap) = ((from, here), (to, next), path.length);
-            for _ in 0..BISECTIONS {
-                let t = 0.5 * (low.0 + high.0);
-                let middle = point_at(averager, legs, method, t, &low.1)?;
-                let halves = [averager.leg(&low.1, &middle)?.length, averager.leg(&middle, &high.1)?.length];
-                if halves[0] >= halves[1] {
-                    (high, gap) = ((t, middle), halves[0]);
-                } else {
-                    (low, gap) = ((t, middle), halves[1]);
-                }
-            }
-            if gap > 0.1 * reach {
-                jumps.push(Jump { t: 0.5 * (low.0 + high.0), length: gap });
-            }
-        }
+    points.push(here);
+    for t in &parameters[1..] {
+        let next = point_at(averager, legs, method, *t, &here)?;
+        paths.push(averager.leg(&here, &next)?);
+        points.push(next);
         here = next;
-        paths.push(path);
     }
-    let parameters = (0..=count).map(|k| f64::from(k) / f64::from(count)).collect();
+    let reach = legs.len() as f64 * longest / count as f64;
+    let step = |i: Option<usize>| i.and_then(|i| paths.get(i)).map_or(0.0, |path| path.length);
+    let mut jumps = Vec::new();
+    for (i, path) in paths.iter().enumerate() {
+        let around = step(i.checked_sub(1)).max(step(Some(i + 1)));
+        if path.length > (LONGER * around).min(reach * (1.0 + 1e-9)) {
+            let ends = [(parameters[i], points[i]), (parameters[i + 1], points[i + 1])];
+            jumps.extend(jump_between(averager, legs, method, ends, path.length)?);
+        }
+    }
     Ok((Sampled { paths, parameters, bound: None }, jumps))
+}
+
+/// Bisects between two points a step apart, towards the larger gap.
+fn jump_between(
+    averager: &mut Averager<'_>,
+    legs: &[InnerPath],
+    method: Method,
+    [mut low, mut high]: [(f64, InnerPoint); 2],
+    step: f64,
+) -> Result<Option<Jump>, PathError> {
+    const BISECTIONS: u32 = 10;
+    const LEFT: f64 = 1.0 / 30.0;
+    let mut gap = step;
+    for _ in 0..BISECTIONS {
+        let t = 0.5 * (low.0 + high.0);
+        let middle = point_at(averager, legs, method, t, &low.1)?;
+        let halves = [averager.leg(&low.1, &middle)?.length, averager.leg(&middle, &high.1)?.length];
+        if halves[0] >= halves[1] {
+            (high, gap) = ((t, middle), halves[0]);
+        } else {
+            (low, gap) = ((t, middle), halves[1]);
+        }
+    }
+    Ok((gap > LEFT * step).then(|| Jump { t: 0.5 * (low.0 + high.0), length: gap }))
 }
 
 /// The point at a parameter, with its derivatives.

@@ -32,7 +32,7 @@ pub(crate) fn without_negative_zeros(point: SurfacePoint) -> SurfacePoint {
 pub(crate) fn bare_anchor(surface: &Surface, point: SurfacePoint) -> Result<Anchor, PointError> {
     surface.inner_point(&point)?;
     let point = without_negative_zeros(point);
-    Ok(Anchor { point, join: Join::Corner, incoming: bare_handle(point), outgoing: bare_handle(point) })
+    Ok(Anchor { point, join: Join::Corner, incoming: bare_handle(point), outgoing: bare_handle(point), middle: None })
 }
 
 /// The handle at a point, reached by the shortest path.
@@ -42,10 +42,15 @@ pub(crate) fn towards(
     anchor: &SurfacePoint,
     to: &SurfacePoint,
 ) -> Result<Handle, PathError> {
-    let leg = finder.shortest(surface, anchor, to)?;
-    let inner = InnerPath::from_outer(surface, &leg)?;
-    let heading = surface.outer_tangent(&initial_direction(surface, &inner));
-    Ok(Handle { wished_length: leg.length(), heading, leg })
+    let mut leg = InnerPath::default();
+    finder.shortest_inner(surface, &surface.inner_point(anchor)?, &surface.inner_point(to)?, &mut leg)?;
+    Ok(along(surface, &leg))
+}
+
+/// The handle at the end of a leg.
+pub(crate) fn along(surface: &Surface, leg: &InnerPath) -> Handle {
+    let heading = surface.outer_tangent(&initial_direction(surface, leg));
+    Handle { wished_length: leg.length, heading, leg: leg.to_outer(surface) }
 }
 
 /// Handles longer than this many diagonals are cut short: they would wind around the model for ever.
@@ -97,6 +102,7 @@ pub(crate) fn carry(
         join: anchor.join,
         incoming: carried(&anchor.incoming)?,
         outgoing: carried(&anchor.outgoing)?,
+        middle: anchor.middle.clone(),
     })
 }
 

@@ -37,7 +37,8 @@ impl Knots {
     /// that does not depend on what lies further away.
     pub(crate) fn around(self, interval: usize) -> (Self, usize) {
         if self.periodic {
-            return (self, interval);
+            // No ends are near.
+            return (Self { degree: self.degree, intervals: 2 * self.degree + 1, periodic: false }, self.degree);
         }
         let before = interval.min(self.degree);
         let after = (self.intervals - 1 - interval).min(self.degree);
@@ -48,6 +49,13 @@ impl Knots {
     fn knot(self, i: isize) -> f64 {
         let clamped = if self.periodic { i } else { i.clamp(0, self.intervals as isize) };
         clamped as f64
+    }
+
+    /// Shares of the leg between the middle control points of an interval of a cubic at which its inner Bézier points lie.
+    pub(crate) fn middle_shares(self, interval: usize) -> (f64, f64) {
+        let i = interval as isize;
+        let [before, after] = [-1, 2].map(|k| self.knot(i + k) - self.knot(i));
+        (-before / (after - before), (1.0 - before) / (after - before))
     }
 
     /// Parameter of control point `i` in intervals: the mean of its knots (Greville).
@@ -233,7 +241,7 @@ impl Interval {
             return Ok(vec![self.legs[0].piece(surface, from, 1.0), self.legs[1].piece(surface, 0.0, to)]);
         }
         let [l0, l1, l2] = [&self.legs[0], &self.legs[1], &self.legs[2]];
-        let (from, to) = (-before / (after - before), (1.0 - before) / (after - before));
+        let (from, to) = self.knots.middle_shares(self.index);
         let middle = l1.piece(surface, from, to);
         let share = -knot(-2) / (1.0 - knot(-2)); // of f(before, a, a) on the first leg
         let left = if from == 0.0 {
@@ -347,5 +355,6 @@ mod tests {
         assert_eq!(clamped(3, 5).around(4), (clamped(3, 4), 3));
         assert_eq!(clamped(3, 100).around(50), (clamped(3, 7), 3));
         assert_eq!(clamped(2, 100).around(1), (clamped(2, 4), 1));
+        assert_eq!(Knots { degree: 3, intervals: 3, periodic: true }.around(2), (clamped(3, 7), 3));
     }
 }

@@ -21,7 +21,8 @@ mod tests;
 mod trace;
 mod tracer;
 
-pub use edit::{EditError, HandleSide, SplineEdit, SplineEnd, SplinePatch};
+pub use b_spline::{Conversion, Interpolation};
+pub use edit::{EditError, HandleSide, Insertion, JumpPolicy, SplineEdit, SplineEnd, SplinePatch};
 pub use scheme::{Method, Sampling, Scheme};
 pub use spline::{Anchor, Handle, Join, Spline, SplineError, SplineT};
 pub use trace::{Jump, NearestOnTrace, SegmentTrace, Trace, TraceBound};

@@ -115,8 +115,9 @@ pub struct Scheme {
     pub method: Method,
     /// How finely it is traced.
     pub sampling: Sampling,
-    /// Whether all points of the trace lie on the curve; else it is a refined control polygon, which has more points but is
-    /// several times further from the curve.
+    /// Whether all points of the trace lie on the curve; else it is a refined control polygon. Between the points it is then
+    /// nearer to the curve: by a quarter with as many points of Lane–Riesenfeld, by two fifths with two thirds of the points
+    /// of recursive de Casteljau.
     pub on_curve: bool,
 }
 

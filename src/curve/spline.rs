@@ -1,6 +1,6 @@
 //! A spline: what a user edits.
 
-use super::{Scheme, handles};
+use super::{JumpPolicy, Scheme, handles};
 use crate::geodesic::{GeodesicPath, PathError, PathFinder, Tangent};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
@@ -90,6 +90,8 @@ pub struct Anchor {
     pub(crate) join: Join,
     pub(crate) incoming: Handle,
     pub(crate) outgoing: Handle,
+    /// The leg from the outgoing handle to the next anchor's incoming one, where it belongs to the document.
+    pub(crate) middle: Option<GeodesicPath>,
 }
 
 impl Anchor {
@@ -111,6 +113,12 @@ impl Anchor {
     /// The handle of the segment that begins here; of no consequence at the end of an open spline.
     pub fn outgoing(&self) -> &Handle {
         &self.outgoing
+    }
+
+    /// The leg from the outgoing handle to the next anchor's incoming one, where it belongs to the document: in splines
+    /// that are [`Sticky`](JumpPolicy::Sticky).
+    pub fn middle(&self) -> Option<&GeodesicPath> {
+        self.middle.as_ref()
     }
 }
 
@@ -142,6 +150,7 @@ pub struct Spline {
     pub(crate) anchors: Vec<Anchor>,
     pub(crate) closed: bool,
     pub(crate) scheme: Scheme,
+    pub(crate) jumps: JumpPolicy,
 }
 
 /// Why a spline could not be made.
@@ -180,7 +189,8 @@ impl Spline {
         let mut last = handles::bare_anchor(surface, end)?;
         first.outgoing = handles::towards(surface, finder, &start, &h0)?;
         last.incoming = handles::towards(surface, finder, &end, &h1)?;
-        let spline = Self { anchors: vec![first, last], closed: false, scheme: Scheme::default() };
+        let spline =
+            Self { anchors: vec![first, last], closed: false, scheme: Scheme::default(), jumps: JumpPolicy::default() };
         finder.shortest(surface, &h0, &h1)?; // a spline that cannot be traced is no spline
         Ok(spline)
     }
@@ -215,7 +225,7 @@ impl Spline {
             return Err(SplineError::TooFewPoints { distinct: distinct.len() });
         }
         let anchors: Result<Vec<_>, _> = distinct.iter().map(|p| handles::bare_anchor(surface, *p)).collect();
-        let mut spline = Self { anchors: anchors?, closed, scheme: Scheme::default() };
+        let mut spline = Self { anchors: anchors?, closed, scheme: Scheme::default(), jumps: JumpPolicy::default() };
         for i in 0..spline.anchors.len() {
             handles::place_automatic(surface, finder, &mut spline, i)?;
             spline.anchors[i].join = Join::Smooth;
@@ -242,6 +252,11 @@ impl Spline {
     /// How the spline is traced.
     pub fn scheme(&self) -> Scheme {
         self.scheme
+    }
+
+    /// What happens where moving a control point makes another way the shortest.
+    pub fn jumps(&self) -> JumpPolicy {
+        self.jumps
     }
 
     /// Number of segments: Bézier segments between anchors, or intervals of a B-spline.

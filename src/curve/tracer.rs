@@ -225,7 +225,7 @@ impl Spline {
             }
             None => KeyControl::Bezier {
                 legs: Box::new([anchor(0).outgoing.leg.clone(), anchor(1).incoming.leg.clone()]),
-                middle: None,
+                middle: anchor(0).middle.clone(),
             },
         };
         SegmentKey { surface: surface.fingerprint(), control, scheme: self.scheme }
@@ -234,7 +234,7 @@ impl Spline {
 
 impl SplineT {
     /// Segment and local parameter of a spline of `segments` segments.
-    fn locate(self, segments: usize) -> Result<(usize, f64), TraceError> {
+    pub(crate) fn locate(self, segments: usize) -> Result<(usize, f64), TraceError> {
         let inside = (0.0..=segments as f64).contains(&self.0);
         let place = if inside { self.split(segments) } else { None };
         place.ok_or(TraceError::Parameter { t: self.0, segments })

@@ -3,6 +3,7 @@
 //! A shortest path is found in two steps: an any-angle search gives a strip of faces, straightening pulls a string taut in
 //! it and moves the strip past every vertex where that shortens the string. A straightest path is walked face by face.
 
+pub(crate) mod chain;
 mod finder;
 mod funnel;
 pub(crate) mod inner;

@@ -1,8 +1,13 @@
 //! Ground truths of curves. Here: what the tests share.
 
+mod b_splines;
+mod comparison;
+mod edits;
+mod jumps;
 mod nasty;
 mod plane;
 mod schemes;
+mod sphere;
 mod splines;
 
 use glam::DVec3;
@@ -78,4 +83,12 @@ pub(super) fn tilted(p: [f64; 3]) -> DVec3 {
 pub(super) fn spline_on(surface: &Surface, points: &[DVec3], closed: bool) -> Spline {
     let points: Vec<_> = points.iter().map(|p| at(surface, *p)).collect();
     Spline::smooth_through(surface, &mut PathFinder::new(), &points, closed).unwrap()
+}
+
+/// Angle between the two handles' directions at an anchor, as the surface sees it.
+pub(super) fn handle_angle(surface: &Surface, anchor: &super::Anchor) -> f64 {
+    use crate::geodesic::transport::angle_at;
+    let at = surface.inner_point(&anchor.point()).unwrap();
+    let [a, b] = [anchor.outgoing(), anchor.incoming()].map(|h| surface.inner_tangent(&h.heading()).unwrap());
+    angle_at(surface, &at, &a, &b).rem_euclid(std::f64::consts::TAU)
 }

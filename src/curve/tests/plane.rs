@@ -7,7 +7,7 @@ use crate::curve::*;
 use crate::surface::TriangleMesh;
 
 /// A random Delaunay triangulation of the unit square with positions of single precision.
-fn delaunay_square(cells: u32, seed: u64) -> TriangleMesh {
+pub(super) fn delaunay_square(cells: u32, seed: u64) -> TriangleMesh {
     let mut mesh = shapes::grid(cells, cells, 1.0, 1.0);
     let mut random = Random(seed);
     let step = 1.0 / f64::from(cells);
@@ -78,10 +78,10 @@ fn de_boor(degree: usize, points: &[DVec3], periodic: bool, t: f64) -> DVec3 {
     d[degree]
 }
 
-const EXACT: f64 = 1e-12 * std::f64::consts::SQRT_2;
+pub(super) const EXACT: f64 = 1e-12 * std::f64::consts::SQRT_2;
 
 #[test]
-fn delaunay_squares_are_what_they_say() {
+pub(super) fn delaunay_squares_are_what_they_say() {
     let mesh = delaunay_square(9, 3);
     let p = |v: u32| mesh.positions[v as usize];
     let doubled = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).z;

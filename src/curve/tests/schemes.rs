@@ -1,78 +1,9 @@
-//! Schemes against closed forms: plane, sphere, cylinder, cone, corner of a cube.
+//! Schemes on developable surfaces and at their limits: cylinder, cone, corner of a cube, degenerate polygons.
 
 use glam::DVec3;
 
 use super::*;
 use crate::curve::*;
-
-#[test]
-fn plane_equals_the_euclidean_curve() {
-    let surface = built(&jittered_square(13));
-    let mut tracer = Tracer::new(&surface);
-    let mut random = Random(1);
-    for _ in 0..60 {
-        let polygon = [(); 4].map(|()| random.in_square());
-        let points = polygon.map(|p| at(&surface, p));
-        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
-            for _ in 0..10 {
-                let t = random.next();
-                let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
-                assert!(found.distance(bezier(polygon, t)) < 1e-12 * 1.5, "{scheme:?} {t}");
-            }
-        }
-        // De Casteljau's pieces begin and end on the curve.
-        let trace = tracer.trace(&points, &Scheme::de_casteljau()).unwrap();
-        let segment = &trace.segments()[0];
-        assert_eq!((segment.points().len(), segment.paths().len()), (49, 48));
-        for (p, t) in segment.points().iter().zip(segment.parameters()).step_by(3) {
-            assert!(surface.position(p).distance(bezier(polygon, *t)) < 1e-12 * 1.5);
-        }
-        // Lane–Riesenfeld's polygon converges to the curve with the square of its steps.
-        let trace = tracer.trace(&points, &Scheme::lane_riesenfeld()).unwrap();
-        let segment = &trace.segments()[0];
-        assert_eq!(segment.points().len(), 67);
-        for (p, t) in segment.points().iter().zip(segment.parameters()) {
-            assert!(surface.position(p).distance(bezier(polygon, *t)) < 2e-3);
-        }
-    }
-}
-
-/// Distances of evaluated points from the values of the smooth sphere, for icospheres of two levels.
-fn sphere_errors(polygon: [[f64; 3]; 4], scheme: Scheme, t: f64, expected: [f64; 3]) -> [f64; 2] {
-    [4, 6].map(|level| {
-        let surface = built(&shapes::icosphere(level));
-        let points = polygon.map(|p| at(&surface, tilted(p)));
-        let found = Tracer::new(&surface).evaluate(&points, &scheme, t).unwrap();
-        surface.position(&found).normalize().distance(tilted(expected))
-    })
-}
-
-#[test]
-fn sphere_approaches_the_smooth_figures() {
-    let (rdc, olr) = (Scheme::de_casteljau(), Scheme::lane_riesenfeld());
-    for (polygon, scheme, t, expected) in [
-        (S2, rdc, 0.25, [0.839_041_457_2, 0.475_811_904_8, 0.263_841_741_0]),
-        (S2, rdc, 0.5, [0.512_551_755_5, 0.709_258_079_3, 0.483_987_267_3]),
-        (S2, rdc, 0.3, [0.779_815_084_9, 0.543_318_542_1, 0.310_955_616_0]),
-        (S2, olr, 0.5, [0.512_487_417_7, 0.709_438_082_7, 0.483_791_539_3]),
-        (S1, rdc, 0.25, [0.629_412_873_1, 0.732_928_908_9, 0.258_175_617_9]),
-        (S1, rdc, 0.5, [0.129_712_649_0, 0.731_870_126_8, 0.668_984_862_5]),
-        (S1, olr, 0.5, [0.129_523_255_9, 0.732_037_212_0, 0.668_838_729_8]),
-    ] {
-        let [coarse, fine] = sphere_errors(polygon, scheme, t, expected);
-        assert!(coarse < 3e-3 && fine < 2e-4, "{scheme:?} {t}: {coarse} {fine}");
-    }
-}
-
-#[test]
-fn sphere_lengths() {
-    let surface = built(&shapes::icosphere(6));
-    for (polygon, expected) in [(S2, 1.806_006_906), (S1, 2.507_708_565)] {
-        let points = polygon.map(|p| at(&surface, tilted(p)));
-        let length = Tracer::new(&surface).trace(&points, &Scheme::lane_riesenfeld()).unwrap().length();
-        assert!((length - expected).abs() < 1e-3, "{length} for {expected}");
-    }
-}
 
 #[test]
 fn cylinder_is_the_rolled_up_plane() {
@@ -154,19 +85,30 @@ fn reversed_polygons_give_reversed_traces() {
     let mut tracer = Tracer::new(&surface);
     let mut random = Random(5);
     for _ in 0..10 {
-        let mut polygon = [(); 4].map(|()| at(&surface, random.on_sphere() * 2.5));
-        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
-            let mut positions = |polygon: &[SurfacePoint; 4]| -> Vec<DVec3> {
+        let polygon = [(); 6].map(|()| at(&surface, random.on_sphere() * 2.5));
+        let mut check = |polygon: &[SurfacePoint], scheme: Scheme| {
+            let mut positions = |polygon: &[SurfacePoint]| -> Vec<DVec3> {
                 let trace = tracer.trace(polygon, &scheme).unwrap();
-                trace.segments()[0].points().iter().map(|p| surface.position(p)).collect()
+                let points = trace.segments().iter().flat_map(|s| s.points());
+                points.map(|p| surface.position(p)).collect()
             };
-            let there = positions(&polygon);
-            polygon.reverse();
-            let back = positions(&polygon);
+            let there = positions(polygon);
+            let reversed: Vec<_> = polygon.iter().rev().copied().collect();
+            let back = positions(&reversed);
+            assert_eq!(there.len(), back.len(), "{scheme:?}");
             for (p, q) in there.iter().zip(back.iter().rev()) {
                 assert!(p.distance(*q) < 1e-12 * surface.diagonal(), "{scheme:?}: {}", p.distance(*q));
             }
+        };
+        for base in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+            for scheme in [base, base.on_curve(), base.adaptive(), base.adaptive().on_curve(), base.with_length(0.1)] {
+                check(&polygon[..4], scheme);
+                check(&polygon[..3], scheme);
+            }
         }
+        check(&polygon, Scheme::b_spline());
+        check(&polygon, Scheme::quadratic_b_spline());
+        check(&polygon[..4], Scheme::direct());
     }
 }
 
@@ -189,17 +131,21 @@ fn degenerate_polygons_are_traced() {
 }
 
 #[test]
-fn legs_shrink_by_half() {
+fn legs_shrink() {
     let surface = built(&shapes::torus(2.0, 0.8, 60, 30));
     let mut tracer = Tracer::new(&surface);
     let mut random = Random(9);
     for _ in 0..5 {
         let polygon = [(); 4].map(|()| at(&surface, random.on_sphere() * 2.5));
-        let mut longest = |levels: u8| {
-            let trace = tracer.trace(&polygon, &Scheme::de_casteljau().with_levels(levels)).unwrap();
+        let mut longest = |scheme: Scheme, levels: u8| {
+            let trace = tracer.trace(&polygon, &scheme.with_levels(levels)).unwrap();
             trace.segments()[0].paths().iter().map(|p| p.length()).fold(0.0, f64::max)
         };
-        let lengths: Vec<f64> = (0..6).map(&mut longest).collect();
+        let lengths: Vec<f64> = (0..7).map(|levels| longest(Scheme::de_casteljau(), levels)).collect();
         assert!(lengths.windows(2).all(|w| w[1] <= 0.5 * w[0] * (1.0 + 1e-9)), "{lengths:?}");
+        // Lane–Riesenfeld: never longer from the second level on, and halves in the end.
+        let lengths: Vec<f64> = (2..9).map(|levels| longest(Scheme::lane_riesenfeld(), levels)).collect();
+        assert!(lengths.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-9)), "{lengths:?}");
+        assert!(lengths[6] < 0.55 * lengths[5], "{lengths:?}");
     }
 }
