@@ -45,7 +45,7 @@ fn main() -> AppExit {
         .insert_gizmo_config(Behind, line(1.5, -0.9))
         .add_systems(Startup, setup)
         .add_systems(Update, shape.run_if(resource_changed::<Stage>.or_else(not(any_with_component::<SplineTrace>))))
-        .add_systems(Update, (draw, take_picture))
+        .add_systems(PostUpdate, (draw, take_picture).in_set(SurfaceSplineSystems::Draw))
         .add_systems(EguiPrimaryContextPass, show_panel)
         .run()
 }
