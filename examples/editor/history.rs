@@ -181,12 +181,24 @@ impl History {
 
 fn name_of(edit: &SplineEdit) -> String {
     match edit {
-        SplineEdit::MoveAnchor { anchor, .. } => format!("Move anchor {}", anchor + 1),
-        SplineEdit::MoveHandle { anchor, .. } => format!("Move handle of anchor {}", anchor + 1),
+        SplineEdit::MoveAnchor { anchor, .. } | SplineEdit::DragAnchor { anchor, .. } => {
+            format!("Move anchor {}", anchor + 1)
+        }
+        SplineEdit::MoveHandle { anchor, .. } | SplineEdit::DragHandle { anchor, .. } => {
+            format!("Move handle of anchor {}", anchor + 1)
+        }
         SplineEdit::Append { .. } => "Add anchor".into(),
+        SplineEdit::Insert { .. } => "Insert anchor".into(),
         SplineEdit::Delete { anchor } => format!("Delete anchor {}", anchor + 1),
         SplineEdit::SetJoin { anchor, .. } => format!("Join of anchor {}", anchor + 1),
+        SplineEdit::Straighten { segment } => format!("Straighten segment {}", segment + 1),
+        SplineEdit::Close => "Close".into(),
+        SplineEdit::Open { anchor } => format!("Open at anchor {}", anchor + 1),
+        SplineEdit::Reverse => "Reverse".into(),
+        SplineEdit::Cut { anchor, .. } => format!("Cut at anchor {}", anchor + 1),
+        SplineEdit::Join { .. } => "Join splines".into(),
         SplineEdit::SetScheme(_) => "Change scheme".into(),
+        SplineEdit::SetJumps(_) => "Change what happens at jumps".into(),
         _ => "Edit".into(),
     }
 }

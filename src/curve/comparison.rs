@@ -83,7 +83,7 @@ fn jump_between(
             (low, gap) = ((t, middle), halves[1]);
         }
     }
-    Ok((gap > LEFT * step).then(|| Jump { t: 0.5 * (low.0 + high.0), length: gap }))
+    Ok((gap > LEFT * step).then_some(Jump { t: 0.5 * (low.0 + high.0), length: gap }))
 }
 
 /// The point at a parameter, with its derivatives.

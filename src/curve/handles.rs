@@ -19,8 +19,11 @@ const NO_LENGTH: f64 = 1e-9;
 
 /// A handle of no length and no direction yet.
 fn bare_handle(anchor: SurfacePoint) -> Handle {
-    let leg = GeodesicPath { start: anchor, end: anchor, crossings: Vec::new(), length: 0.0, frozen: false };
-    Handle { leg, heading: Tangent { face: anchor.face, vector: DVec2::ZERO }, wished_length: 0.0 }
+    Handle {
+        leg: GeodesicPath::at_rest(anchor),
+        heading: Tangent { face: anchor.face, vector: DVec2::ZERO },
+        wished_length: 0.0,
+    }
 }
 
 /// −0 equals 0 but has other bits, and a spline is to come back from an edit bit for bit.

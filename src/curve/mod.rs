@@ -8,6 +8,7 @@ mod b_spline;
 mod batch;
 mod casteljau;
 mod comparison;
+mod curvature;
 mod edit;
 mod handles;
 mod lane_riesenfeld;

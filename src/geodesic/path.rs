@@ -44,6 +44,11 @@ pub struct GeodesicPath {
 }
 
 impl GeodesicPath {
+    /// The path of no length at a point: where a drag begins, to be [`continued`](super::PathFinder::continued).
+    pub fn at_rest(point: SurfacePoint) -> Self {
+        Self { start: point, end: point, crossings: Vec::new(), length: 0.0, frozen: false }
+    }
+
     /// Where the path starts, in the spelling of the first face it runs in.
     pub fn start(&self) -> SurfacePoint {
         self.start

@@ -9,6 +9,7 @@ use super::SurfaceSplineSystems;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
 use crate::curve::{HandleSide, Spline, SplineEdit};
+use crate::geodesic::GeodesicPath;
 use crate::surface::SurfacePoint;
 
 /// Lets the user grab the anchors and handles of a spline: while it is there, each has an entity.
@@ -99,6 +100,14 @@ impl ControlKind {
         match self {
             Self::Anchor(anchor) => SplineEdit::MoveAnchor { anchor, to },
             Self::Handle(anchor, side) => SplineEdit::MoveHandle { anchor, side, to },
+        }
+    }
+
+    /// The edit that moves it along a path.
+    pub fn dragged(self, along: GeodesicPath) -> SplineEdit {
+        match self {
+            Self::Anchor(anchor) => SplineEdit::DragAnchor { anchor, along },
+            Self::Handle(anchor, side) => SplineEdit::DragHandle { anchor, side, along },
         }
     }
 }

@@ -5,6 +5,9 @@
 //! [`EditSpline`] a frame in which the pointer moved, all of one gesture. The pixel offset between the press and the control
 //! point is kept, so nothing jumps. Off the model the last hit holds; over another piece of the surface too, and that is
 //! said. Escape, or a cancelled pointer, restores the spline as it was, bit for bit.
+//!
+//! In splines whose legs stay on their side, or that are split where they would jump
+//! ([`JumpPolicy`]), the way that the pointer took over the surface goes with the edit.
 
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
@@ -16,6 +19,8 @@ use super::edit::{EditRefusal, EditSpline, EndGesture, GestureId, SplineEditRefu
 use super::pick::Picker;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
+use crate::curve::JumpPolicy;
+use crate::geodesic::{GeodesicPath, PathFinder};
 use crate::surface::SurfacePoint;
 
 /// How drags behave.
@@ -68,6 +73,8 @@ pub struct Grip {
     sheet: u32,
     /// Whether the pointer is over another sheet, and that was said.
     astray: bool,
+    /// The way from where the control point was, straightened; none where it is of no consequence.
+    along: Option<GeodesicPath>,
 }
 
 impl DragState {
@@ -124,9 +131,10 @@ fn drag_controls(
     keys: Option<Res<ButtonInput<KeyCode>>>,
     mut inputs: MessageReader<PointerInput>,
     (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
+    mut finder: Local<PathFinder>,
     scene: Scene,
 ) {
-    let mut drag = Drag { state: state.clone(), target: None, end: None };
+    let mut drag = Drag { state: state.clone(), target: None, end: None, finder: &mut finder };
     if drag.state.held().is_some_and(|grip| !scene.still_there(grip)) || !settings.enabled {
         drag.finish(true);
     }
@@ -155,15 +163,16 @@ fn drag_controls(
 }
 
 /// The state machine during one frame.
-struct Drag {
+struct Drag<'f> {
     state: DragState,
     /// The newest edit that was not sent yet.
     target: Option<EditSpline>,
     /// The gesture that has ended.
     end: Option<EndGesture>,
+    finder: &'f mut PathFinder,
 }
 
-impl Drag {
+impl Drag<'_> {
     /// The pointer that holds the grip has moved.
     fn follow(&mut self, commands: &mut Commands, scene: &Scene, settings: &DragSettings, to: Vec2) {
         if let DragState::Pressed(grip) = &self.state
@@ -177,6 +186,10 @@ impl Drag {
         let edit = grip.kind.moved(hit.point);
         if scene.sheet(grip.surface, &hit.point) == Some(grip.sheet) {
             grip.astray = false;
+            let on = scene.surfaces.get(grip.surface).ok();
+            let lead = |along: &GeodesicPath| self.finder.continued(on?, along, &hit.point).ok();
+            grip.along = grip.along.as_ref().and_then(lead);
+            let edit = grip.along.as_ref().map_or(edit, |along| grip.kind.dragged(along.clone()));
             self.target = Some(EditSpline::new(grip.spline, edit).undoable().in_gesture(grip.gesture));
         } else if !std::mem::replace(&mut grip.astray, true) {
             commands.trigger(SplineEditRefused { entity: grip.spline, edit, reason: EditRefusal::OtherPiece });
@@ -214,6 +227,8 @@ impl Scene<'_, '_> {
         let (camera, entity) = self.picker.cameras_at(at).into_iter().find_map(under)?;
         let control = self.controls.get(entity).ok()?;
         let (spline, on) = self.splines.get(control.spline).ok()?;
+        let point = control.kind.point(spline)?;
+        let along = (spline.jumps() != JumpPolicy::Allow).then(|| GeodesicPath::at_rest(point));
         Some(Grip {
             pointer,
             camera,
@@ -223,8 +238,9 @@ impl Scene<'_, '_> {
             pressed_at: at.position,
             offset: self.picker.control_on_screen(camera, entity)? - at.position,
             surface: on.0,
-            sheet: self.sheet(on.0, &control.kind.point(spline)?)?,
+            sheet: self.sheet(on.0, &point)?,
             astray: false,
+            along,
         })
     }
 

@@ -212,6 +212,14 @@ impl Surface {
         Ok(self.sheet[self.inner_face(face)? as usize])
     }
 
+    /// Mean length of the edges of the sheet that a face lies on.
+    ///
+    /// # Errors
+    /// As [`sheet`](Self::sheet).
+    pub fn mean_edge_length(&self, face: FaceId) -> Result<f64, PointError> {
+        Ok(self.mean_edge[self.sheet(face)? as usize])
+    }
+
     /// The spelling of a point with the smallest face number: a point on a side or corner has one spelling a face.
     ///
     /// # Errors

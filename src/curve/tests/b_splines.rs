@@ -50,18 +50,16 @@ fn curvature_has_no_jumps_in_the_plane() {
     assert!(splines < 1e-9 && joined > 0.1, "{splines} {joined}");
 }
 
-/// Curvature of a curve at a distance along it, by three places a step apart.
-fn curvature_by_steps(surface: &Surface, trace: &Trace, distance: f64, step: f64) -> f64 {
-    let place = |d: f64| trace.at_distance(surface, d.rem_euclid(trace.length())).unwrap();
-    let [a, b, c] = [distance - step, distance, distance + step].map(place);
-    let [into, out] = [(&a, &b), (&b, &c)].map(|(p, q)| {
-        let path = surface.shortest_path(p, q).unwrap();
-        crate::geodesic::inner::InnerPath::from_outer(surface, &path).unwrap()
-    });
-    let mut finder = PathFinder::new();
-    let averager = average::Averager { surface, finder: &mut finder };
-    let turn = averager.turn(average::Span::new(&into, 0.0, 1.0), average::Span::new(&out, 0.0, 1.0));
-    2.0 * turn / (into.length + out.length)
+/// Local parameter at a distance along a segment.
+fn parameter(segment: &SegmentTrace, distance: f64) -> f64 {
+    let mut sum = 0.0;
+    for (path, t) in segment.paths().iter().zip(segment.parameters().windows(2)) {
+        if sum + path.length() >= distance {
+            return t[0] + (t[1] - t[0]) * (distance - sum) / path.length();
+        }
+        sum += path.length();
+    }
+    1.0
 }
 
 /// Root mean square jump of curvature at all knots of closed curves on an icosphere, seen with steps of four mean edges.
@@ -82,12 +80,15 @@ fn jump_on_sphere(level: u32, make: impl Fn(&Surface, &[SurfacePoint]) -> Spline
         let spline = make(&surface, &points);
         let scheme = Scheme { on_curve: true, ..spline.scheme().with_levels(9) };
         let trace = spline.with_scheme(scheme).trace(&surface, &mut TraceWorkspace::default(), None).unwrap();
-        let mut along = 0.0;
-        for segment in trace.segments() {
-            let [before, behind] = [-step, step].map(|d| curvature_by_steps(&surface, &trace, along + d, step));
-            sum += (before - behind).powi(2);
+        let mut finder = PathFinder::new();
+        for (i, segment) in trace.segments().iter().enumerate() {
+            // Places a step before and behind the knot: what lies in between is seen by neither.
+            let before = &trace.segments()[(i + 5) % 6];
+            let ends = [before.length() - step, step];
+            let t = [parameter(before, ends[0]) + ((i + 5) % 6) as f64, parameter(segment, ends[1]) + i as f64];
+            let [a, b] = t.map(|t| trace.curvature_at(&surface, &mut finder, SplineT(t), step).unwrap());
+            sum += (a - b).powi(2);
             count += 1;
-            along += segment.length();
         }
     }
     (sum / f64::from(count)).sqrt()
