@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt};
 
 use crate::{
-    outcome::{Job, Outcome, Status},
+    outcome::{Job, Outcome, Status, Verdict},
     reference::Reference,
     scheme::NamedScheme,
     stats::Times,
@@ -33,7 +33,8 @@ pub(crate) fn compare(
     outcomes: &[Outcome],
 ) -> Comparisons {
     let mut found = Comparisons::new();
-    for outcome in outcomes.iter().filter(|o| matches!(o.status, Status::Ok | Status::Undercut)) {
+    let ended = |o: &&Outcome| o.status.verdict() == Verdict::Passed || o.status == Status::Undercut;
+    for outcome in outcomes.iter().filter(ended) {
         match outcome.job {
             Job::Curve { case, scheme } if case < recorded_cases => {
                 let Some(record) = reference.curve(mesh, case, &schemes[scheme]) else { continue };

@@ -44,11 +44,11 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }),
         Ok(None) => {
-            print!("{}", args::USAGE);
+            print!("{}", args::usage());
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("{error}\n\n{}", args::USAGE);
+            eprintln!("{error}\n\n{}", args::usage());
             ExitCode::from(2)
         }
     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use bevy_surface_splines::curve::TraceBound;
+
 /// What is to be done: the number of the case, and with what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Job {
@@ -12,18 +14,21 @@ pub(crate) enum Job {
 }
 
 /// How a case ended.
-///
-/// Tables may also hold `depth_bound`, `leaf_bound` and `clipped` (all three count as passed): bounds of adaptive schemes, which
-/// are still to come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
     Ok,
+    /// An adaptive trace that says what kept it from being straight enough.
+    Bound(TraceBound),
+    /// A curve of a scheme for comparison that says where it is torn.
+    Broken,
     /// The points lie on separate sheets, and the checker agrees.
     NoPath,
     /// Straightening gave up, and the path is not shortest.
     Frozen,
     /// It took longer than allowed.
     Timeout,
+    /// Likewise, but nothing better can be asked of the scheme.
+    Slow,
     /// A point lies in a face that is not part of the surface.
     DroppedFace,
     /// A path shorter than the exact distance.
@@ -43,8 +48,8 @@ pub(crate) enum Verdict {
 impl Status {
     pub(crate) fn verdict(self) -> Verdict {
         match self {
-            Self::Ok => Verdict::Passed,
-            Self::NoPath => Verdict::Neither,
+            Self::Ok | Self::Bound(_) | Self::Broken => Verdict::Passed,
+            Self::NoPath | Self::Slow => Verdict::Neither,
             _ => Verdict::Failed,
         }
     }
@@ -54,9 +59,13 @@ impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Ok => f.write_str("ok"),
+            Self::Bound(TraceBound::Depth) => f.write_str("depth_bound"),
+            Self::Bound(TraceBound::Pieces) => f.write_str("pieces_bound"),
+            Self::Bound(TraceBound::Length) => f.write_str("length_bound"),
+            Self::Broken => f.write_str("broken"),
             Self::NoPath => f.write_str("no_path"),
             Self::Frozen => f.write_str("frozen"),
-            Self::Timeout => f.write_str("timeout"),
+            Self::Timeout | Self::Slow => f.write_str("timeout"),
             Self::DroppedFace => f.write_str("dropped_face"),
             Self::Undercut => f.write_str("undercut"),
             Self::Error(kind) => write!(f, "error:{kind}"),

@@ -100,7 +100,7 @@ impl Reference {
 
     /// What was recorded for a curve.
     pub(crate) fn curve(&self, mesh: &str, case: usize, scheme: &NamedScheme) -> Option<&CurveRecord> {
-        self.curves.get(&(mesh.to_owned(), case, scheme.recorded.to_owned()))
+        self.curves.get(&(mesh.to_owned(), case, scheme.recorded?.to_owned()))
     }
 
     /// What was recorded for a pair.

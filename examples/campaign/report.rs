@@ -48,9 +48,11 @@ impl Report {
             self.hash.word(outcome.hash);
             groups.entry(group_name(outcome.job, &args.schemes).to_owned()).or_default().push(outcome);
         }
+        let width = width(groups.keys());
         for (name, outcomes) in groups {
-            let tally = Tally::of(outcomes.iter().copied());
-            println!("  {name:<6} {tally}");
+            let scheme = args.schemes.iter().find(|s| s.name == name);
+            let tally = Tally::of(scheme, outcomes.iter().copied());
+            println!("  {name:<width$} {tally}");
             self.groups.entry(name).or_default().add(&tally);
         }
         for (name, comparison) in compare::compare(reference, &mesh.name, mesh.cases.len(), &args.schemes, outcomes) {
@@ -86,8 +88,9 @@ impl Report {
             self.peak_mb.map_or("?".to_owned(), |mb| format!("{mb:.1}"))
         );
         let mut all = Tally::default();
+        let width = width(self.groups.keys());
         for (name, tally) in &self.groups {
-            println!("  {name:<6} {tally}");
+            println!("  {name:<width$} {tally}");
             all.add(tally);
         }
         for (name, comparison) in &self.comparisons {
@@ -96,8 +99,9 @@ impl Report {
         if args.hash {
             println!("hash {:016x}", self.hash.0);
         }
-        if all.neither > 0 {
-            println!("{} cases without a path count neither way", all.neither);
+        all.remarks().iter().for_each(|remark| println!("{remark}"));
+        if all.without_path > 0 {
+            println!("{} cases without a path count neither way", all.without_path);
         }
         if all.undecided > 0 {
             println!("{} places on paths could not be decided (one-sided sheets, faces without area)", all.undecided);
@@ -105,6 +109,11 @@ impl Report {
         println!("{} passed, {} failed", all.passed, all.failed);
         all
     }
+}
+
+/// Room for the longest name.
+fn width<'a>(names: impl Iterator<Item = &'a String>) -> usize {
+    names.map(String::len).max().unwrap_or(0).max(6)
 }
 
 fn group_name(job: Job, schemes: &[NamedScheme]) -> &'static str {

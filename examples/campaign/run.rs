@@ -39,10 +39,14 @@ pub(crate) fn run(mesh: &Prepared, args: &Args) -> Vec<Outcome> {
             done.lock().unwrap_or_else(PoisonError::into_inner)[i] = Some(outcome);
         }
     };
+    let patience = |job| match job {
+        Job::Curve { scheme, .. } if args.schemes[scheme].is_for_comparison() => 100.0 * args.timeout_s,
+        _ => 10.0 * args.timeout_s,
+    };
     thread::scope(|scope| {
         let (finished, wait) = mpsc::channel();
         let (started, jobs, work) = (&started, &jobs, &work);
-        scope.spawn(move || watchdog::watch(&wait, started, 10.0 * args.timeout_s, &mesh.name, jobs));
+        scope.spawn(move || watchdog::watch(&wait, started, patience, &mesh.name, jobs));
         thread::scope(|workers| started.iter().for_each(|s| drop(workers.spawn(move || work(s)))));
         drop(finished);
     });

@@ -28,18 +28,26 @@ impl Started {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = to;
     }
 
-    fn running_longer_than(&self, seconds: f64) -> Option<usize> {
+    /// The job that is running, and for how many seconds.
+    fn running(&self) -> Option<(usize, f64)> {
         let now = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        now.filter(|(_, since)| since.elapsed().as_secs_f64() > seconds).map(|(job, _)| job)
+        now.map(|(job, since)| (job, since.elapsed().as_secs_f64()))
     }
 }
 
-/// Waits until the other end of `finished` is gone. A case that runs longer than `seconds` cannot be stopped from outside: it
-/// is named, and the program ends with status 3.
-pub(crate) fn watch(finished: &Receiver<()>, workers: &[Started], seconds: f64, mesh: &str, jobs: &[Job]) {
+/// Waits until the other end of `finished` is gone. A case that runs longer than `patience` says, in seconds, cannot be stopped
+/// from outside: it is named, and the program ends with status 3.
+pub(crate) fn watch(
+    finished: &Receiver<()>,
+    workers: &[Started],
+    patience: impl Fn(Job) -> f64,
+    mesh: &str,
+    jobs: &[Job],
+) {
     while let Err(RecvTimeoutError::Timeout) = finished.recv_timeout(Duration::from_millis(250)) {
-        if let Some(job) = workers.iter().find_map(|w| w.running_longer_than(seconds)) {
-            eprintln!("{mesh}: {:?} has not ended after {seconds} s: giving up", jobs[job]);
+        let overdue = |(job, seconds): &(usize, f64)| *seconds > patience(jobs[*job]);
+        if let Some((job, seconds)) = workers.iter().filter_map(Started::running).find(overdue) {
+            eprintln!("{mesh}: {:?} has not ended after {seconds:.0} s: giving up", jobs[job]);
             process::exit(3);
         }
     }

@@ -13,7 +13,7 @@ use crate::{
     clock::CpuClock,
     hash::Fnv,
     judge::{self, Rejected},
-    outcome::{Job, Outcome, Status},
+    outcome::{Job, Outcome, Status, Verdict},
     prepare::Prepared,
     scheme::NamedScheme,
 };
@@ -51,14 +51,27 @@ impl<'a> Worker<'a> {
             Job::Curve { case, scheme } => self.curve(job, case, &self.rules.schemes[scheme]),
             Job::Pair { case } => self.pair(job, case),
         }));
-        let mut outcome = done.unwrap_or_else(|_| {
+        let outcome = done.unwrap_or_else(|_| {
             (self.tracer, self.finder) = (None, None);
             Outcome::new(job).ended(Status::Error("panic"), "the library panicked")
         });
-        if outcome.ms.max(outcome.ms_points) > self.rules.timeout_s * 1e3 {
-            outcome = outcome.ended(Status::Timeout, "it took longer than allowed");
+        if self.in_time(outcome.ms.max(outcome.ms_points)) {
+            return outcome;
         }
-        outcome
+        let status = match job {
+            Job::Curve { scheme, .. } if self.may_be_slow(scheme, outcome.status) => Status::Slow,
+            _ => Status::Timeout,
+        };
+        outcome.ended(status, "it took longer than allowed")
+    }
+
+    fn in_time(&self, ms: f64) -> bool {
+        ms <= self.rules.timeout_s * 1e3
+    }
+
+    /// Being slow excuses no other failure.
+    fn may_be_slow(&self, scheme: usize, status: Status) -> bool {
+        self.rules.schemes[scheme].is_for_comparison() && status.verdict() != Verdict::Failed
     }
 
     fn curve(&mut self, job: Job, case: usize, scheme: &NamedScheme) -> Outcome {
@@ -68,12 +81,16 @@ impl<'a> Worker<'a> {
             Ok(polygon) => polygon,
             Err(error) => return rejected(outcome, judge::point_refused(&error)),
         };
+        let polygon = &polygon[..scheme.takes];
         let tracer = self.tracer.get_or_insert_with(|| Tracer::new(surface));
         let clock = CpuClock::start();
-        let counted = tracer.trace_points(&polygon, &scheme.scheme, &mut self.points);
+        let counted = tracer.trace_points(polygon, &scheme.scheme, &mut self.points);
         outcome.ms_points = clock.ms();
+        if counted.is_ok() && outcome.ms_points > self.rules.timeout_s * 1e3 {
+            return outcome; // the rest takes no less
+        }
         let clock = CpuClock::start();
-        let traced = tracer.trace(&polygon, &scheme.scheme);
+        let traced = tracer.trace(polygon, &scheme.scheme);
         outcome.ms = clock.ms();
         let trace = match (counted, traced) {
             (Ok(_), Ok(trace)) => trace,
@@ -84,10 +101,11 @@ impl<'a> Worker<'a> {
         let mut hash = Fnv::default();
         trace.segments().iter().flat_map(|s| s.paths()).for_each(|path| hash.path(path));
         outcome.hash = hash.0;
-        match judge::trace(surface, topology, &polygon, &trace, &self.points) {
+        match judge::trace(surface, topology, polygon, scheme, &trace, &self.points) {
             Ok(judged) => {
                 outcome.undecided = judged.undecided;
                 outcome.max_turn_deg = judged.max_turn_deg;
+                outcome.status = judged.status;
                 outcome
             }
             Err(reason) => rejected(outcome, reason),

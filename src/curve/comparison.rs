@@ -150,6 +150,9 @@ fn centre_of_mass(
     let still = STILL * averager.surface.diagonal();
     let points: Vec<InnerPoint> = legs.iter().map(|leg| leg.start).chain(legs.last().map(|leg| leg.end)).collect();
     let weights = bernstein(legs.len(), t);
+    if let Some(only) = weights.iter().position(|w| *w == 1.0) {
+        return Ok(points[only]); // steps may get stuck behind a vertex at which the path there bends
+    }
     let mut here = *near;
     let (mut direction, mut energy) = mean_logarithm(averager, &here, &points, &weights)?;
     let mut share = 1.0;
@@ -237,4 +240,27 @@ fn differences(averager: &mut Averager<'_>, legs: &[InnerPath], t: f64) -> Resul
     let derivative = InnerTangent { face: turned.face, vector: turned.vector * velocity.length() };
     let point = spell_in(surface, &point, derivative.face).unwrap_or(point);
     Ok(Spot { point, derivative, curvature: velocity.perp_dot(acceleration) / velocity.length().powi(3) })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use crate::curve::{Scheme, Tracer};
+    use crate::surface::{Surface, SurfaceOptions, shapes};
+
+    #[test]
+    fn curves_end_at_the_last_control_point_whatever_lies_between() {
+        let mut mesh = shapes::grid(4, 4, 4.0, 4.0);
+        let inside = |p: DVec3| (1.0..=3.0).contains(&p.x) && (1.0..=3.0).contains(&p.y);
+        mesh.faces.retain(|t| !t.iter().all(|v| inside(mesh.positions[*v as usize])));
+        let surface = Surface::build(&mesh, &SurfaceOptions::default()).unwrap();
+        let polygon = [(0.2, 1.7), (0.3, 1.2), (3.4, 2.9), (3.7, 2.1)]
+            .map(|(x, y)| surface.closest_point(DVec3::new(x, y, 0.0)).unwrap().point);
+        for scheme in [Scheme::direct(), Scheme::centre_of_mass()].map(|scheme| scheme.with_levels(2)) {
+            let trace = Tracer::new(&surface).trace(&polygon, &scheme).unwrap();
+            let points = trace.segments()[0].points();
+            assert!(surface.same_place(&points[0], &polygon[0]) && surface.same_place(&points[4], &polygon[3]));
+        }
+    }
 }

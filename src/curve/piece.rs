@@ -70,15 +70,23 @@ impl Control {
 
 /// Whether a polygon turns by no more than `turn` at each joint and has no leg longer than `length`.
 pub(crate) fn is_flat(averager: &Averager<'_>, legs: &[InnerPath], turn: f64, length: f64) -> bool {
-    legs.iter().all(|leg| leg.length <= length) && legs.windows(2).all(|w| joint_turn(averager, &w[0], &w[1]) <= turn)
+    let mut last = None;
+    legs.iter().all(|leg| leg.length <= length)
+        && with_length(averager, legs).all(|leg| last.replace(leg).is_none_or(|l| leg_turn(averager, l, leg) <= turn))
 }
 
-/// The angle by which the second leg departs from the first; zero where one has no length.
-pub(crate) fn joint_turn(averager: &Averager<'_>, first: &InnerPath, second: &InnerPath) -> f64 {
+/// The legs that go anywhere: a leg without length has no direction, and what counts is the turn from the leg before it to the
+/// one after it.
+pub(crate) fn with_length<'l>(
+    averager: &Averager<'_>,
+    legs: &'l [InnerPath],
+) -> impl DoubleEndedIterator<Item = &'l InnerPath> {
     let least = NO_LENGTH * averager.surface.diagonal();
-    if first.length <= least || second.length <= least {
-        return 0.0;
-    }
+    legs.iter().filter(move |leg| leg.length > least)
+}
+
+/// The angle by which the second leg departs from the first.
+pub(crate) fn leg_turn(averager: &Averager<'_>, first: &InnerPath, second: &InnerPath) -> f64 {
     averager.turn(Span::new(first, 0.0, 1.0), Span::new(second, 0.0, 1.0)).abs()
 }
 

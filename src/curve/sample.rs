@@ -3,17 +3,17 @@
 use super::{
     Sampling, TraceBound,
     average::{Averager, Span},
-    casteljau::Legs,
-    piece::{Control, is_flat, joint_turn},
+    piece::{Control, is_flat, leg_turn, with_length},
 };
-use crate::geodesic::{PathError, inner::InnerPath};
+use crate::geodesic::{PathError, inner::InnerPath, tangent::spell_in};
 
 /// Adaptive sampling halves no piece more often.
 const MAX_DEPTH: u8 = 20;
 /// It makes no more pieces of a segment.
 const MAX_LEAVES: usize = 4096;
-/// It halves no polygon shorter than this share of the diagonal: at a cusp the turn stays whatever one does.
-const SHORTEST: f64 = 1e-6;
+/// It halves no polygon shorter than this share of the diagonal: at a cusp the turn stays whatever one does. A curve that
+/// passes a cusp at a small distance turns within the square of that distance, so this must be far below what one sees.
+const SHORTEST: f64 = 1e-10;
 
 /// The geodesics of a trace and what belongs to them.
 #[derive(Debug, Default)]
@@ -60,45 +60,6 @@ impl Sampled {
     }
 }
 
-/// A piece that is halved no further, as far as one knows.
-struct Leaf {
-    control: Control,
-    /// The Bézier polygon that stands for it.
-    legs: Legs,
-    /// What it adds to the trace: its legs, or the one path from end to end.
-    out: Vec<InnerPath>,
-    from: f64,
-    depth: u8,
-}
-
-impl Leaf {
-    fn new(
-        averager: &mut Averager<'_>,
-        control: Control,
-        from: f64,
-        depth: u8,
-        on_curve: bool,
-    ) -> Result<Self, PathError> {
-        let legs = control.bezier(averager)?;
-        let out = if on_curve { vec![chord(averager, &legs)?] } else { legs.clone() };
-        Ok(Self { control, legs, out, from, depth })
-    }
-
-    fn width(&self) -> f64 {
-        0.5_f64.powi(i32::from(self.depth))
-    }
-
-    fn halve(&self, averager: &mut Averager<'_>, on_curve: bool) -> Result<[Self; 2], PathError> {
-        let depth = self.depth + 1;
-        let [left, right] = self.control.halve(averager)?;
-        let middle = self.from + 0.5 * self.width();
-        Ok([
-            Self::new(averager, left, self.from, depth, on_curve)?,
-            Self::new(averager, right, middle, depth, on_curve)?,
-        ])
-    }
-}
-
 /// The path from the first point of a polygon to its last.
 fn chord(averager: &mut Averager<'_>, legs: &[InnerPath]) -> Result<InnerPath, PathError> {
     let Some((first, rest)) = legs.split_first() else { return Ok(InnerPath::default()) };
@@ -117,41 +78,60 @@ struct Limits {
     on_curve: bool,
 }
 
-/// How a leaf is joined to the next: neighbours of different depth place their common point differently by a hair, and one
-/// of them is joined to the other's.
-#[derive(Default)]
-struct Seam {
-    /// Takes the place of the last path before the joint.
-    before: Option<InnerPath>,
-    /// Takes the place of the first path after it.
-    after: Option<InnerPath>,
-    /// Whether the trace turns too much there.
-    bent: bool,
-    /// Whether it is up to date.
-    known: bool,
-}
-
-/// A leaf of an adaptive trace.
+/// A piece that is halved no further, as far as one knows.
 struct Part {
-    leaf: Leaf,
-    /// Whether its own polygon turns too much or is too long.
+    control: Control,
+    /// What it adds to the trace: the legs of its polygon, or the one path from end to end.
+    paths: Vec<InnerPath>,
+    /// Whether its polygon turns too much, where that is not what it adds.
+    hides_bends: bool,
+    /// Length of its polygon.
+    length: f64,
+    from: f64,
+    depth: u8,
+    /// Whether it ends where the next one begins.
+    joined: bool,
+    /// Whether the turns are known: those of its own paths, and the one where the next part begins.
+    looked_at: bool,
     bent: bool,
-    /// How it is joined to the next.
-    seam: Seam,
+    bent_after: bool,
 }
 
 impl Part {
-    fn new(averager: &Averager<'_>, leaf: Leaf, limits: Limits) -> Self {
-        let bent = !is_flat(averager, &leaf.legs, limits.turn, limits.length);
-        Self { leaf, bent, seam: Seam::default() }
+    fn new(
+        averager: &mut Averager<'_>,
+        control: Control,
+        from: f64,
+        depth: u8,
+        limits: Limits,
+    ) -> Result<Self, PathError> {
+        let mut paths = control.bezier(averager)?;
+        let length = paths.iter().map(|leg| leg.length).sum();
+        let mut hides_bends = false;
+        if limits.on_curve {
+            hides_bends = !is_flat(averager, &paths, limits.turn, limits.length);
+            paths = vec![chord(averager, &paths)?];
+        }
+        let (joined, looked_at, bent, bent_after) = (false, false, false, false);
+        Ok(Self { control, paths, hides_bends, length, from, depth, joined, looked_at, bent, bent_after })
+    }
+
+    fn width(&self) -> f64 {
+        0.5_f64.powi(i32::from(self.depth))
+    }
+
+    fn halve(&self, averager: &mut Averager<'_>, limits: Limits) -> Result<[Self; 2], PathError> {
+        let depth = self.depth + 1;
+        let [left, right] = self.control.halve(averager)?;
+        let middle = self.from + 0.5 * self.width();
+        Ok([Self::new(averager, left, self.from, depth, limits)?, Self::new(averager, right, middle, depth, limits)?])
     }
 
     /// What forbids to halve it, in a trace of `count` parts.
     fn bound(&self, averager: &Averager<'_>, count: usize) -> Option<TraceBound> {
-        let length: f64 = self.leaf.legs.iter().map(|leg| leg.length).sum();
-        if length < SHORTEST * averager.surface.diagonal() {
+        if self.length < SHORTEST * averager.surface.diagonal() {
             Some(TraceBound::Length)
-        } else if self.leaf.depth >= MAX_DEPTH {
+        } else if self.depth >= MAX_DEPTH {
             Some(TraceBound::Depth)
         } else {
             (count >= MAX_LEAVES).then_some(TraceBound::Pieces)
@@ -161,18 +141,16 @@ impl Part {
 
 /// Halves pieces that are bent, or that meet at too large an angle, until none is.
 fn adapt(averager: &mut Averager<'_>, control: Control, limits: Limits) -> Result<Sampled, PathError> {
-    let root = Leaf::new(averager, control, 0.0, 0, limits.on_curve)?;
-    let mut parts = vec![Part::new(averager, root, limits)];
+    let mut parts = vec![Part::new(averager, control, 0.0, 0, limits)?];
     loop {
-        // The turn of each piece is looked at once, that of each joint when one of its pieces is new.
+        // Joining two parts moves an end of one, which turns the path there: all are joined before any turn is looked at.
         for i in 1..parts.len() {
-            if !parts[i - 1].seam.known {
-                parts[i - 1].seam = seam(averager, &parts[i - 1].leaf, &parts[i].leaf, limits.turn)?;
-            }
+            join(averager, &mut parts[i - 1..=i])?;
         }
+        look_at(averager, &mut parts, limits);
         let mut wanted: Vec<bool> = parts.iter().map(|part| part.bent).collect();
-        for (i, pair) in parts.windows(2).enumerate().filter(|(_, pair)| pair[0].seam.bent) {
-            let [a, b] = [pair[0].leaf.depth, pair[1].leaf.depth];
+        for (i, pair) in parts.windows(2).enumerate().filter(|(_, pair)| pair[0].bent_after) {
+            let [a, b] = [pair[0].depth, pair[1].depth];
             wanted[i] |= a <= b;
             wanted[i + 1] |= b <= a;
         }
@@ -185,7 +163,7 @@ fn adapt(averager: &mut Averager<'_>, control: Control, limits: Limits) -> Resul
             count += usize::from(*wanted);
         }
         if !wanted.contains(&true) {
-            return collect(averager, parts, bound);
+            return Ok(collect(parts, bound));
         }
         let old = std::mem::replace(&mut parts, Vec::with_capacity(count));
         for (part, wanted) in old.into_iter().zip(wanted) {
@@ -194,52 +172,66 @@ fn adapt(averager: &mut Averager<'_>, control: Control, limits: Limits) -> Resul
                 continue;
             }
             if let Some(before) = parts.last_mut() {
-                before.seam.known = false;
+                before.joined = false;
             }
-            for half in part.leaf.halve(averager, limits.on_curve)? {
-                parts.push(Part::new(averager, half, limits));
-            }
+            parts.extend(part.halve(averager, limits)?);
         }
     }
 }
 
-fn seam(averager: &mut Averager<'_>, a: &Leaf, b: &Leaf, turn: f64) -> Result<Seam, PathError> {
-    let mut seam = Seam { known: true, ..Seam::default() };
-    let (Some(before), Some(after)) = (a.out.last(), b.out.first()) else { return Ok(seam) };
+/// Sees that a part ends where the next one begins: neighbours of different depth place their common point differently by a
+/// hair, and the deeper one knows better where it is.
+fn join(averager: &mut Averager<'_>, pair: &mut [Part]) -> Result<(), PathError> {
+    let [a, b] = pair else { return Ok(()) };
+    if std::mem::replace(&mut a.joined, true) {
+        return Ok(());
+    }
+    a.looked_at = false;
+    let (Some(before), Some(after)) = (a.paths.last_mut(), b.paths.first_mut()) else { return Ok(()) };
+    if before.end == after.start {
+        return Ok(());
+    }
     let surface = averager.surface;
-    if !surface.same_place(&surface.outer_point(&before.end), &surface.outer_point(&after.start)) {
-        // The deeper piece knows better where the point is.
-        if a.depth < b.depth {
-            seam.before = Some(averager.leg(&before.start, &after.start)?);
-        } else {
-            seam.after = Some(averager.leg(&before.end, &after.end)?);
-        }
+    if surface.same_place(&surface.outer_point(&before.end), &surface.outer_point(&after.start))
+        && let Some(end) = spell_in(surface, &after.start, before.end.face)
+    {
+        // On small faces even rounding shows.
+        before.end = end;
+        before.measure(surface);
+        return Ok(());
     }
-    let (before, after) = (seam.before.as_ref().unwrap_or(before), seam.after.as_ref().unwrap_or(after));
-    seam.bent = joint_turn(averager, before, after) > turn;
-    Ok(seam)
+    if a.depth < b.depth {
+        *before = averager.leg(&before.start, &after.start)?;
+    } else {
+        *after = averager.leg(&before.end, &after.end)?;
+        b.looked_at = false;
+    }
+    Ok(())
 }
 
-/// Puts the paths of all leaves one after the other.
-fn collect(averager: &mut Averager<'_>, parts: Vec<Part>, bound: Option<TraceBound>) -> Result<Sampled, PathError> {
-    let mut out = Sampled { bound, parameters: vec![0.0], ..Sampled::default() };
-    let mut first: Option<InnerPath> = None;
-    for Part { leaf, seam, .. } in parts {
-        let (from, width, mut paths) = (leaf.from, leaf.width(), leaf.out);
-        match (&mut paths[..], first.take(), seam.before) {
-            // A single path that is replaced at both ends.
-            ([only], Some(new), Some(last)) => *only = averager.leg(&new.start, &last.end)?,
-            (paths, new, last) => {
-                if let (Some(new), Some(old)) = (new, paths.first_mut()) {
-                    *old = new;
-                }
-                if let (Some(new), Some(old)) = (last, paths.last_mut()) {
-                    *old = new;
-                }
-            }
+/// Measures the turns that are not known: each once, and again when a path beside it was moved.
+fn look_at(averager: &Averager<'_>, parts: &mut [Part], limits: Limits) {
+    let is_new: Vec<bool> = parts.iter().map(|part| !part.looked_at).collect();
+    for i in 0..parts.len() {
+        if is_new[i] {
+            let flat = is_flat(averager, &parts[i].paths, limits.turn, limits.length);
+            parts[i].bent = parts[i].hides_bends || !flat;
+            parts[i].looked_at = true;
         }
-        out.append(paths, from, width);
-        first = seam.after;
+        if i + 1 < parts.len() && (is_new[i] || is_new[i + 1]) {
+            let before = with_length(averager, &parts[i].paths).next_back();
+            let after = with_length(averager, &parts[i + 1].paths).next();
+            parts[i].bent_after = before.zip(after).is_some_and(|(a, b)| leg_turn(averager, a, b) > limits.turn);
+        }
     }
-    Ok(out)
+}
+
+/// Puts the paths of all parts one after the other.
+fn collect(parts: Vec<Part>, bound: Option<TraceBound>) -> Sampled {
+    let mut out = Sampled { bound, parameters: vec![0.0], ..Sampled::default() };
+    for part in parts {
+        let (from, width) = (part.from, part.width());
+        out.append(part.paths, from, width);
+    }
+    out
 }

@@ -84,7 +84,7 @@ pub enum Sampling {
     Length(f64),
     /// Each piece is halved until the trace is nearly straight there.
     ///
-    /// Bounds: 20 halvings, 4,096 pieces a segment, pieces of 1e-6 of the surface's diagonal;
+    /// Bounds: 20 halvings, 4,096 pieces a segment, pieces of 1e-10 of the surface's diagonal;
     /// [`SegmentTrace::bound`](super::SegmentTrace::bound) says if one was met before the trace was straight enough.
     Adaptive {
         /// Largest turn between consecutive geodesics of the trace, in radians.

@@ -16,7 +16,7 @@ pub enum TraceBound {
     Depth,
     /// The segment has 4,096 pieces.
     Pieces,
-    /// A bent piece is shorter than 1e-6 of the surface's diagonal: a cusp.
+    /// A bent piece is shorter than 1e-10 of the surface's diagonal: a cusp.
     Length,
 }
 

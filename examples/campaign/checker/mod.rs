@@ -30,6 +30,7 @@ use glam::DVec3;
 
 pub(crate) use joint::same_place;
 pub(crate) use topology::Topology;
+pub(crate) use turn::Turn;
 
 /// What counts as shorter, as a share of the path's length.
 const RELATIVE: f64 = 1e-9;
@@ -145,9 +146,14 @@ pub(crate) fn connected(topology: &Topology, a: u32, b: u32) -> Option<bool> {
     (topology.has(a) && topology.has(b)).then(|| topology.joined(a, b))
 }
 
-/// The largest turn, in degrees, from one path to the next at the points where they meet; see [`turn`].
-pub(crate) fn largest_turn(topology: &Topology, paths: &[Vec<Stretch>]) -> f64 {
-    turn::largest(topology, paths)
+/// The turns from each path to the next at the points where they meet; see [`turn`].
+pub(crate) fn turns(topology: &Topology, paths: &[Vec<Stretch>]) -> Vec<Turn> {
+    turn::all(topology, paths)
+}
+
+/// The largest of some turns, in degrees.
+pub(crate) fn largest_turn<'a>(turns: impl IntoIterator<Item = &'a Turn>) -> f64 {
+    turns.into_iter().map(|turn| turn.degrees).fold(0.0, f64::max)
 }
 
 fn check_stretch(topology: &Topology, stretch: usize, s: &Stretch) -> Result<(), Fault> {

@@ -11,20 +11,32 @@ use super::{
 /// A stretch shorter than this share of its face's longest side has no direction to speak of.
 const NO_LENGTH: f64 = 1e-12;
 
-/// The largest turn in degrees.
+/// How a polyline turns where two of its paths meet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    pub(crate) degrees: f64,
+    /// Length of the shorter one of the two paths.
+    pub(crate) shorter: f64,
+}
+
+/// The turns from each path to the next.
 ///
 /// The turn is the angle between the direction in which one path arrives and the direction in which the next one leaves.
 /// Inside a face it is measured in the face, on a side after laying the two faces flat. At a vertex the faces of the fan are
 /// spread evenly to a full turn (at the boundary they are taken as they are), and the turn is what is missing from half of
 /// it. Paths without length are skipped.
-pub(crate) fn largest(topology: &Topology, paths: &[Vec<Stretch>]) -> f64 {
+pub(crate) fn all(topology: &Topology, paths: &[Vec<Stretch>]) -> Vec<Turn> {
     let moves = |s: &&Stretch| s.length(topology) > NO_LENGTH * topology.size(s.face);
     let ends = paths.iter().filter_map(|path| {
         let first = path.iter().find(moves)?;
-        path.iter().rfind(moves).map(|last| (*first, *last))
+        path.iter().rfind(moves).map(|last| (*first, *last, super::length(topology, path)))
     });
-    let ends: Vec<(Stretch, Stretch)> = ends.collect();
-    ends.windows(2).map(|w| turn(topology, &w[0].1, &w[1].0)).fold(0.0, f64::max).to_degrees()
+    let ends: Vec<(Stretch, Stretch, f64)> = ends.collect();
+    let between = |w: &[(Stretch, Stretch, f64)]| Turn {
+        degrees: turn(topology, &w[0].1, &w[1].0).to_degrees(),
+        shorter: w[0].2.min(w[1].2),
+    };
+    ends.windows(2).map(between).collect()
 }
 
 fn turn(topology: &Topology, arriving: &Stretch, leaving: &Stretch) -> f64 {

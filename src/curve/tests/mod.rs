@@ -1,5 +1,6 @@
 //! Ground truths of curves. Here: what the tests share.
 
+mod adaptive;
 mod b_splines;
 mod comparison;
 mod edits;

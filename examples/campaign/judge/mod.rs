@@ -1,7 +1,7 @@
-//! Puts results before the checker, and refusals into words.
+//! Puts paths before the checker, and refusals into words.
 
 use bevy_surface_splines::{
-    curve::{Trace, TraceError},
+    curve::TraceError,
     geodesic::{GeodesicPath, PathError},
     surface::{PointError, Surface, SurfacePoint},
 };
@@ -10,6 +10,10 @@ use crate::{
     checker::{self, Claim, Fault, Stretch, Topology},
     outcome::Status,
 };
+
+mod curve;
+
+pub(crate) use curve::trace;
 
 /// Why a result does not count as a success.
 #[derive(Debug)]
@@ -22,13 +26,6 @@ impl Rejected {
     fn new(kind: &'static str, detail: impl std::fmt::Display) -> Self {
         Self { status: Status::Error(kind), detail: detail.to_string() }
     }
-}
-
-/// What the checker found in a curve that passed.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Judged {
-    pub(crate) undecided: usize,
-    pub(crate) max_turn_deg: f64,
 }
 
 /// A path's stretches as the checker wants them.
@@ -63,49 +60,6 @@ fn judge_stretches(
 
 fn spelled(point: &SurfacePoint) -> (u32, [f64; 3]) {
     (point.face.0, point.weights)
-}
-
-/// Judges the trace of one segment: its points are those given without the joining, it runs from the first control point to
-/// the last, every path joins its two points and is locally shortest, the length is the paths' sum.
-pub(crate) fn trace(
-    surface: &Surface,
-    topology: &Topology,
-    polygon: &[SurfacePoint; 4],
-    trace: &Trace,
-    points_alone: &[SurfacePoint],
-) -> Result<Judged, Rejected> {
-    let [segment] = trace.segments() else {
-        return Err(Rejected::new("segments", format!("{} segments for one polygon", trace.segments().len())));
-    };
-    let (points, paths) = (segment.points(), segment.paths());
-    if points.len() != paths.len() + 1 {
-        return Err(Rejected::new("points", format!("{} points and {} paths", points.len(), paths.len())));
-    }
-    let ends = [(&points[0], &polygon[0]), (&points[points.len() - 1], &polygon[3])];
-    if !ends.into_iter().all(|(a, b)| checker::same_place(topology, spelled(a), spelled(b))) {
-        return Err(Rejected::new("wrong_end", "the curve does not run from the first control point to the last"));
-    }
-    if points.len() != points_alone.len() {
-        return Err(Rejected::new("points", format!("{} points alone, {} joined", points_alone.len(), points.len())));
-    }
-    if !points.iter().zip(points_alone).all(|(a, b)| checker::same_place(topology, spelled(a), spelled(b))) {
-        return Err(Rejected::new("points", "the points alone differ from the joined ones"));
-    }
-    let mut judged = Judged::default();
-    let mut all = Vec::with_capacity(paths.len());
-    for (i, path) in paths.iter().enumerate() {
-        let stretches = stretches(surface, path);
-        let verdict = judge_stretches(topology, path, &stretches, &points[i], &points[i + 1]);
-        judged.undecided += verdict.map_err(|r| Rejected { detail: format!("path {i}: {}", r.detail), ..r })?;
-        all.push(stretches);
-    }
-    let sum: f64 = paths.iter().map(GeodesicPath::length).sum();
-    let agrees = (trace.length() - sum).abs() <= 1e-9 * sum; // not so for NaN
-    if !agrees {
-        return Err(Rejected::new("wrong_length", format!("given as {:e}, its paths measure {sum:e}", trace.length())));
-    }
-    judged.max_turn_deg = checker::largest_turn(topology, &all);
-    Ok(judged)
 }
 
 /// What a refused trace means.
