@@ -2,9 +2,9 @@
 
 pub use crate::curve::{HandleSide, Join, Method, Sampling, Scheme, SplineEdit, SplineEnd, SplineT};
 pub use crate::plugin::{
-    BuiltSurface, ControlKind, ControlPoint, DragState, EditSpline, Editable, GestureId, OnSurface, SplineEditRefused,
-    SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace, SurfaceChanged, SurfaceFailed,
-    SurfaceItems, SurfaceQueries, SurfaceReady, SurfaceSpline, SurfaceSplinePlugins, SurfaceSplineSystems,
-    SurfaceState, SurfaceView, TraceChanged,
+    BuiltSurface, ControlKind, ControlPoint, ControlPolygon, DragState, EditSpline, Editable, GestureId, OnSurface,
+    SplineEditRefused, SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace,
+    SurfaceChanged, SurfaceFailed, SurfaceItems, SurfaceQueries, SurfaceReady, SurfaceSpline, SurfaceSplinePlugins,
+    SurfaceSplineSystems, SurfaceState, SurfaceView, TraceChanged, TraceCurve,
 };
 pub use crate::surface::{FaceId, SurfacePoint};

@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_surface_splines::curve::Spline;
+use bevy_surface_splines::plugin::EndGesture;
 use bevy_surface_splines::prelude::*;
 
 use crate::curves;
@@ -25,6 +26,9 @@ pub(crate) enum Action {
     CycleJoin,
     SetJoin(Join),
     SetScheme(Scheme),
+    /// A scheme on the way to another: all until [`Action::EndSlide`] are one step of the history.
+    SlideScheme(Scheme),
+    EndSlide,
     Undo,
     Redo,
 }
@@ -56,11 +60,11 @@ type Splines<'w, 's> = Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface
 fn perform(
     mut commands: Commands,
     mut actions: MessageReader<Action>,
-    mut edits: MessageWriter<EditSpline>,
+    (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
+    mut slide: Local<Option<GestureId>>,
     mut history: ResMut<History>,
     (mut selection, mut tool): (ResMut<Selection>, ResMut<Tool>),
-    splines: Splines,
-    shelved: Query<&curves::Shelved>,
+    (splines, shelved): (Splines, Query<&curves::Shelved>),
 ) {
     for action in actions.read() {
         let selected = selection.spline.and_then(|entity| Some((entity, splines.get(entity).ok()?.0)));
@@ -88,6 +92,7 @@ fn perform(
             },
             Action::CycleJoin => {
                 if let (Some((entity, spline)), Some(anchor)) = (selected, anchor)
+                    && !spline.scheme().method.is_b_spline()
                     && let Some(join) = join_of(spline, anchor)
                 {
                     set_join(spline, anchor, next_join(join), |edit| send(entity, edit));
@@ -102,6 +107,16 @@ fn perform(
                 if let Some((entity, _)) = selected.filter(|(_, spline)| spline.scheme() != *scheme) {
                     send(entity, SplineEdit::SetScheme(*scheme));
                 }
+            }
+            Action::SlideScheme(scheme) => {
+                if let Some((entity, _)) = selected {
+                    let gesture = *slide.get_or_insert_with(GestureId::next);
+                    let edit = EditSpline::new(entity, SplineEdit::SetScheme(*scheme));
+                    edits.write(edit.undoable().in_gesture(gesture));
+                }
+            }
+            Action::EndSlide => {
+                ends.write_batch(slide.take().map(|gesture| EndGesture { gesture, cancel: false }));
             }
         }
     }

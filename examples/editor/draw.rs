@@ -1,4 +1,5 @@
-//! Curves, and the legs of handles, as lines on the model; what is behind the model shines through faintly.
+//! Curves, and the legs of handles and of control polygons, as lines on the model; what is behind the model shines through
+//! faintly. Where a curve is torn, its line is.
 //!
 //! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
 
@@ -66,12 +67,14 @@ fn draw_curves(
         let Some(view) = surfaces.get(on.0) else { continue };
         let own = curve.map_or(theme::CURVES[0], |curve| curve.color);
         let color = if selection.spline == Some(entity) { theme::ACCENT } else { own };
-        let line: Vec<Vec3> = trace.polyline().iter().map(|p| view.to_world().transform_point3(*p)).collect();
-        faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
-        if is_hovered(&hover, entity) {
-            wide.linestrip(line, theme::hovered(color));
-        } else {
-            plain.linestrip(line, color);
+        for piece in trace.pieces() {
+            let line: Vec<Vec3> = piece.iter().map(|p| view.to_world().transform_point3(*p)).collect();
+            faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
+            if is_hovered(&hover, entity) {
+                wide.linestrip(line, theme::hovered(color));
+            } else {
+                plain.linestrip(line, color);
+            }
         }
     }
 }
@@ -79,14 +82,16 @@ fn draw_curves(
 fn draw_legs(
     (mut plain, mut faint): (Gizmos<LegLines>, Gizmos<FaintLegLines>),
     surfaces: SurfaceQueries,
-    splines: Query<(&SurfaceSpline, &OnSurface), With<Editable>>,
+    splines: Query<(&SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
 ) {
     let color = theme::ACCENT.mix(&Color::WHITE, 0.55);
-    for (spline, on) in &splines {
+    for (spline, on, polygon) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
-        for leg in ControlKind::all(spline).into_iter().filter_map(|kind| shown_leg(spline, kind)) {
-            let positions = leg.positions(view.surface());
-            let line: Vec<Vec3> = positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())).collect();
+        let handles = ControlKind::all(spline).into_iter().filter_map(|kind| shown_leg(spline, kind));
+        let handles = handles.map(|leg| leg.positions(view.surface()).iter().map(|p| p.as_vec3()).collect());
+        let polygon = polygon.into_iter().flat_map(|polygon| polygon.legs()).map(<[Vec3]>::to_vec);
+        for local in handles.chain(polygon) {
+            let line: Vec<Vec3> = local.iter().map(|p| view.to_world().transform_point3(*p)).collect();
             faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
             plain.linestrip(line, color);
         }

@@ -17,6 +17,7 @@ mod panel;
 mod proof;
 mod properties;
 mod samples;
+mod scheme;
 mod script;
 mod selection;
 mod shading;

@@ -79,8 +79,11 @@ impl Marks<'_, '_> {
     }
 
     fn kind(&self, spline: &SurfaceSpline, kind: ControlKind) -> Option<MarkKind> {
+        // Joins do not count in a B-spline.
+        let has_joins = !spline.scheme().method.is_b_spline();
+        let is_corner = |i: u32| Some(has_joins && spline.anchors().get(i as usize)?.join() == Join::Corner);
         Some(match kind {
-            ControlKind::Anchor(i) if spline.anchors().get(i as usize)?.join() == Join::Corner => MarkKind::Corner(i),
+            ControlKind::Anchor(i) if is_corner(i)? => MarkKind::Corner(i),
             ControlKind::Anchor(i) => MarkKind::Smooth(i),
             ControlKind::Handle(..) => shown_leg(spline, kind).map(|_| MarkKind::Handle)?,
         })

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use crate::actions::Action;
 use crate::model::Model;
+use crate::scheme;
 use crate::selection::Selection;
 
 const JOINS: [(Join, &str, &str); 4] = [
@@ -33,7 +34,7 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
     };
     let anchor = properties.selection.anchor.and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
     egui::Grid::new("properties").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
-        show_scheme(ui, spline.scheme(), actions);
+        scheme::show(ui, spline.scheme(), actions);
         ui.label("Shape");
         let kind = if spline.is_closed() { "closed" } else { "open" };
         ui.label(format!("{kind}, {} anchors", spline.anchors().len()));
@@ -42,7 +43,9 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
             ui.label("Anchor");
             ui.label(format!("{} of {}", index + 1, spline.anchors().len()));
             ui.end_row();
-            show_join(ui, anchor.join(), actions);
+            if !spline.scheme().method.is_b_spline() {
+                show_join(ui, anchor.join(), actions);
+            }
         }
     });
     let model = properties.models.get(on.0);
@@ -58,27 +61,6 @@ fn show_position(ui: &mut egui::Ui, position: DVec3) {
         ui.label("Position");
         ui.add(egui::Label::new(text).truncate()).on_hover_text("x, y and z in the model's own units");
     });
-}
-
-fn show_scheme(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<Action>) {
-    ui.label("Scheme");
-    egui::ComboBox::from_id_salt("scheme").selected_text(scheme.method.name()).width(140.0).show_ui(ui, |ui| {
-        for method in Method::ALL {
-            if ui.selectable_label(method == scheme.method, method.name()).clicked() && method != scheme.method {
-                actions.write(Action::SetScheme(Scheme::of(method)));
-            }
-        }
-    });
-    ui.end_row();
-    ui.label("Level");
-    if let Sampling::Levels(mut levels) = scheme.sampling {
-        ui.spacing_mut().slider_width = 96.0;
-        // One more level doubles the work; beyond eight nobody sees a difference.
-        if ui.add(egui::Slider::new(&mut levels, 1..=8)).changed() {
-            actions.write(Action::SetScheme(scheme.with_levels(levels)));
-        }
-    }
-    ui.end_row();
 }
 
 fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<Action>) {

@@ -4,6 +4,7 @@ use bevy::diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
+use bevy_surface_splines::curve::{Trace, TraceBound};
 use bevy_surface_splines::plugin::TraceStatistics;
 use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::{Surface, SurfaceReport};
@@ -23,11 +24,11 @@ pub(crate) struct Statistics<'w, 's> {
 }
 
 impl Statistics<'_, '_> {
-    /// In the file's units.
-    fn selected_length(&self) -> Option<f64> {
+    /// The trace of what is selected, and its length in the file's units.
+    fn selected(&self) -> Option<(f64, &Trace)> {
         let (trace, on) = self.traces.get(self.selection.spline?).ok()?;
         let (model, _) = self.models.get(on.0).ok()?;
-        Some(model.unit * trace.length())
+        Some((model.unit * trace.length(), trace))
     }
 }
 
@@ -38,8 +39,11 @@ pub(crate) fn show(ui: &mut egui::Ui, statistics: &Statistics) {
                 row(ui, &name, &value);
             }
         }
-        if let Some(length) = statistics.selected_length() {
+        if let Some((length, trace)) = statistics.selected() {
             row(ui, "Length of the selected", &significant(length, 6));
+            for (name, value) in trace_rows(trace) {
+                row(ui, name, &value);
+            }
         }
         row(ui, "Segments retraced", &statistics.tracing.segments.to_string());
         row(ui, "Trace time", &format!("{:.2} ms", statistics.tracing.milliseconds));
@@ -56,6 +60,26 @@ fn row(ui: &mut egui::Ui, name: &str, value: &str) {
     ui.label(name);
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.monospace(value));
     ui.end_row();
+}
+
+/// How many points a trace has, and what is amiss with it.
+fn trace_rows(trace: &Trace) -> Vec<(&'static str, String)> {
+    let segments = trace.segments();
+    // Where segments meet, they share a point.
+    let points: usize = segments.iter().map(|segment| segment.points().len().saturating_sub(1)).sum();
+    let mut rows = vec![("Its points", grouped(points + usize::from(!segments.is_empty())))];
+    let bounds = [
+        (TraceBound::Depth, "20 halvings"),
+        (TraceBound::Pieces, "4\u{202f}096 pieces a segment"),
+        (TraceBound::Length, "shortest pieces (cusp)"),
+    ];
+    let met = bounds.into_iter().filter(|(bound, _)| segments.iter().any(|segment| segment.bound() == Some(*bound)));
+    rows.extend(met.map(|(_, name)| ("Bound met", name.into())));
+    let torn: usize = segments.iter().map(|segment| segment.jumps().len()).sum();
+    if torn > 0 {
+        rows.push(("Torn places", grouped(torn)));
+    }
+    rows
 }
 
 /// Sizes, and of what was found and repaired all that is not zero.
@@ -93,4 +117,34 @@ fn grouped(count: usize) -> String {
         text.push(digit);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy_surface_splines::curve::Tracer;
+    use bevy_surface_splines::surface::{SurfaceOptions, shapes};
+    use glam::DVec3;
+
+    fn rows(scheme: Scheme) -> Vec<(&'static str, String)> {
+        let surface = Surface::build(&shapes::torus(1.0, 0.45, 48, 24), &SurfaceOptions::default()).expect("a surface");
+        // Angles around and across the torus; a polygon large enough to break the schemes for comparison.
+        let polygon = [(-1.83_f64, 0.57_f64), (1.34, 1.73), (-0.22, 1.71), (2.11, 0.4)].map(|(u, v)| {
+            let out = 1.0 + 0.45 * v.cos();
+            surface.closest_point(DVec3::new(out * u.sin(), -out * u.cos(), 0.45 * v.sin())).expect("a place").point
+        });
+        trace_rows(&Tracer::new(&surface).trace(&polygon, &scheme).expect("a trace"))
+    }
+
+    #[test]
+    fn traces_are_counted_and_what_is_amiss_is_said() {
+        assert_eq!(rows(Scheme::de_casteljau()), [("Its points", "49".to_string())]);
+        assert_eq!(rows(Scheme::quadratic_b_spline()), [("Its points", "65".to_string())]);
+        let torn = rows(Scheme::centre_of_mass());
+        assert_eq!(torn.iter().map(|row| row.0).collect::<Vec<_>>(), ["Its points", "Torn places"], "{torn:?}");
+        let mut endless = Scheme::de_casteljau();
+        endless.sampling = Sampling::Adaptive { turn: 0.0, length: None };
+        assert!(rows(endless).iter().any(|row| row.0 == "Bound met"));
+        assert_eq!(trace_rows(&Trace::default()), [("Its points", "0".to_string())]);
+    }
 }

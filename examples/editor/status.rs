@@ -48,6 +48,9 @@ impl Status<'_, '_> {
                 "Click on the model to add an anchor at the end · Enter or Escape ends"
             }
             (Tool::Pen, _) => "Click on the model to begin a spline · Enter or Escape ends",
+            (Tool::Select, Some(spline)) if spline.scheme().method.is_b_spline() => {
+                "Drag a control point of the B-spline over the surface · X deletes the selected one · ? shows all keys"
+            }
             (Tool::Select, Some(_)) if self.selection.anchor.is_some() => {
                 "Drag anchors and handles · C changes the join · X deletes the anchor · ? shows all keys"
             }

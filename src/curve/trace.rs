@@ -1,5 +1,6 @@
 //! The polyline a scheme produces.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -128,6 +129,29 @@ impl SegmentTrace {
         (after - 1).min(self.paths.len().saturating_sub(1))
     }
 
+    /// The path that a local parameter is on, and the share of it that lies before.
+    fn path_share(&self, local: f64) -> Option<(usize, f64)> {
+        let last = self.paths.len().checked_sub(1)?;
+        let i = self.parameters.partition_point(|p| *p <= local).saturating_sub(1).min(last);
+        let [from, to] = [self.parameters[i], self.parameters[i + 1]];
+        let share = if to > from { (local - from) / (to - from) } else { 0.0 };
+        Some((i, share.clamp(0.0, 1.0)))
+    }
+
+    /// The polyline's position at a local parameter.
+    fn position_at(&self, local: f64) -> Option<DVec3> {
+        let (path, share) = self.path_share(local)?;
+        let [first, last] = [path, path + 1].map(|i| self.begins[i] as usize);
+        let distances = &self.distances[first..=last];
+        let [from, to] = [distances[0], distances[last - first]];
+        let along = from + share * (to - from);
+        let after = distances.partition_point(|d| *d < along).clamp(1, last - first);
+        let [before, after] = [first + after - 1, first + after];
+        let [from, to] = [self.distances[before], self.distances[after]];
+        let share = if to > from { ((along - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
+        Some(self.polyline[before].lerp(self.polyline[after], share))
+    }
+
     /// Local parameter and point at a distance along this segment.
     fn at_distance(&self, surface: &Surface, distance: f64) -> Option<(f64, SurfacePoint)> {
         let distance = distance.clamp(0.0, self.length());
@@ -201,6 +225,25 @@ impl Trace {
         out
     }
 
+    /// The unbroken pieces of the trace, as ranges of its [`positions`](Self::positions): a single one, unless the curve is
+    /// torn. The path across a [`Jump`] is on no piece.
+    pub fn pieces(&self) -> Vec<Range<usize>> {
+        let mut pieces = Vec::new();
+        let (mut begin, mut end) = (0, 0);
+        for segment in self.segments.iter().filter(|segment| !segment.polyline.is_empty()) {
+            // A segment's first position is the last one of the segment before.
+            for (path, _) in segment.jumps.iter().filter_map(|jump| segment.path_share(jump.t)) {
+                let [from, to] = [path, path + 1].map(|i| end + segment.begins[i] as usize);
+                pieces.push(begin..from + 1);
+                begin = to;
+            }
+            end += segment.polyline.len() - 1;
+        }
+        pieces.push(begin..end + 1);
+        pieces.retain(|piece| piece.len() > 1);
+        pieces
+    }
+
     /// The polyline's point at a parameter, clamped to the trace; none for an empty trace, NaN or another surface.
     ///
     /// This is a place on the polyline, within its distance from the curve; [`Spline::evaluate`](super::Spline::evaluate)
@@ -208,11 +251,17 @@ impl Trace {
     pub fn point_at(&self, surface: &Surface, t: SplineT) -> Option<SurfacePoint> {
         let (segment, local) = t.split(self.segments.len())?;
         let trace = &self.segments[segment];
-        let last = trace.paths.len().checked_sub(1)?;
-        let i = trace.parameters.partition_point(|p| *p <= local).saturating_sub(1).min(last);
-        let [from, to] = [trace.parameters[i], trace.parameters[i + 1]];
-        let share = if to > from { (local - from) / (to - from) } else { 0.0 };
-        trace.paths[i].at(surface, share.clamp(0.0, 1.0)).ok()
+        let (path, share) = trace.path_share(local)?;
+        trace.paths[path].at(surface, share).ok()
+    }
+
+    /// The position of [`point_at`](Self::point_at), to rounding, without the surface; none for an empty trace or NaN.
+    ///
+    /// At the parameter of one of the scheme's points it is that point's position, bit for bit. Cost: logarithmic in the
+    /// points of a segment.
+    pub fn position_at(&self, t: SplineT) -> Option<DVec3> {
+        let (segment, local) = t.split(self.segments.len())?;
+        self.segments[segment].position_at(local)
     }
 
     /// The point at a distance along the trace, clamped to it; none for an empty trace, NaN or another surface.
@@ -291,5 +340,71 @@ impl Trace {
         beside.push(".part");
         std::fs::write(&beside, text)?;
         std::fs::rename(&beside, path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::curve::{Method, Scheme, Tracer};
+    use crate::surface::{SurfaceOptions, shapes};
+
+    fn torus() -> Surface {
+        Surface::build(&shapes::torus(1.0, 0.45, 48, 24), &SurfaceOptions::default()).expect("a surface")
+    }
+
+    /// A control polygon on the torus; at 0.75 it is so large that the schemes for comparison break.
+    fn polygon(surface: &Surface, size: f64) -> Vec<SurfacePoint> {
+        let near = |(u, v): (f64, f64)| {
+            let (u, v) = (3.0 * size * u, 0.6 * size * v + 1.0);
+            let out = 1.0 + 0.45 * v.cos();
+            surface.closest_point(DVec3::new(out * u.sin(), 0.45 * v.sin(), out * u.cos())).expect("a place").point
+        };
+        [(-1.0, -0.5), (-0.45, 1.0), (0.45, -1.0), (1.0, 0.5)].map(near).to_vec()
+    }
+
+    #[test]
+    fn positions_on_the_polyline_are_those_of_its_points() {
+        let surface = torus();
+        for scheme in Method::ALL.map(Scheme::of) {
+            let trace = Tracer::new(&surface).trace(&polygon(&surface, 0.5), &scheme).expect("a trace");
+            let count = trace.segments().len() as f64;
+            for i in -10..=1_010 {
+                let t = SplineT(f64::from(i) / 1_000.0 * count);
+                let point = trace.point_at(&surface, t).expect("a point");
+                let position = trace.position_at(t).expect("a position");
+                assert!(surface.position(&point).distance(position) < 1e-12, "{scheme:?} at {t:?}");
+            }
+            for (i, segment) in trace.segments().iter().enumerate() {
+                for (point, t) in segment.points().iter().zip(segment.parameters()) {
+                    let position = segment.position_at(*t).expect("a position");
+                    assert!(segment.polyline().contains(&position), "{scheme:?}: {i} + {t} is a vertex, bit for bit");
+                    assert!(surface.position(point).distance(position) < 1e-12);
+                }
+            }
+            assert_eq!(trace.position_at(SplineT(f64::NAN)), None);
+        }
+        assert_eq!(Trace::default().position_at(SplineT(0.0)), None);
+    }
+
+    #[test]
+    fn a_torn_trace_has_pieces_and_every_other_one() {
+        let surface = torus();
+        let polygon = polygon(&surface, 0.75);
+        for scheme in Method::ALL.map(Scheme::of) {
+            let trace = Tracer::new(&surface).trace(&polygon, &scheme).expect("a trace");
+            let jumps: usize = trace.segments().iter().map(|s| s.jumps().len()).sum();
+            assert_eq!(jumps > 0, scheme.method.is_for_comparison(), "{scheme:?}");
+            let (positions, pieces) = (trace.positions(), trace.pieces());
+            assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (0, positions.len()));
+            assert_eq!(pieces.len(), jumps + 1);
+            // What lies between pieces is long, for it bridges a jump.
+            for (pair, jump) in pieces.windows(2).zip(trace.segments().iter().flat_map(|s| s.jumps())) {
+                let bridge = &positions[pair[0].end - 1..=pair[1].start];
+                let length: f64 = bridge.windows(2).map(|p| p[0].distance(p[1])).sum();
+                assert!(length > 0.5 * jump.length, "{length} across {jump:?}");
+            }
+        }
+        assert!(Trace::default().pieces().is_empty());
     }
 }

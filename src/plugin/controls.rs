@@ -62,9 +62,13 @@ impl FromWorld for ControlOf {
 pub struct Controls(Vec<Entity>);
 
 impl ControlKind {
-    /// The control points that shape a spline: anchors, each followed by its handles that belong to a segment.
+    /// The control points that shape a spline: anchors, each followed by its handles that belong to a segment. A B-spline
+    /// has anchors alone.
     pub fn all(spline: &Spline) -> Vec<Self> {
         let count = spline.anchors().len() as u32;
+        if spline.scheme().method.is_b_spline() {
+            return (0..count).map(Self::Anchor).collect();
+        }
         let mut all = Vec::with_capacity(3 * count as usize);
         for i in 0..count {
             all.push(Self::Anchor(i));
@@ -78,12 +82,16 @@ impl ControlKind {
         all
     }
 
-    /// Where it is; none if the spline has no such anchor.
+    /// Where it is; none if the spline has no such anchor, or if it is a handle and the spline a B-spline, whose handles do
+    /// not count.
     pub fn point(self, spline: &Spline) -> Option<SurfacePoint> {
+        let (Self::Anchor(i) | Self::Handle(i, _)) = self;
+        let anchor = spline.anchors().get(i as usize)?;
         match self {
-            Self::Anchor(i) => spline.anchors().get(i as usize).map(|a| a.point()),
-            Self::Handle(i, HandleSide::Incoming) => spline.anchors().get(i as usize).map(|a| a.incoming().point()),
-            Self::Handle(i, HandleSide::Outgoing) => spline.anchors().get(i as usize).map(|a| a.outgoing().point()),
+            Self::Anchor(_) => Some(anchor.point()),
+            Self::Handle(..) if spline.scheme().method.is_b_spline() => None,
+            Self::Handle(_, HandleSide::Incoming) => Some(anchor.incoming().point()),
+            Self::Handle(_, HandleSide::Outgoing) => Some(anchor.outgoing().point()),
         }
     }
 

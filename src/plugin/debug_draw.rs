@@ -1,10 +1,11 @@
-//! Splines drawn with gizmos: curves, the legs of handles, and marks for control points.
+//! Splines drawn with gizmos: curves, the legs of handles or of control polygons, and marks for control points.
 
 use bevy::gizmos::GizmoPlugin;
 use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
 use super::controls::{ControlKind, Editable};
+use super::polygon::ControlPolygon;
 use super::queries::{SurfaceQueries, SurfaceView};
 use super::retrace::SplineTrace;
 use super::spline::SurfaceSpline;
@@ -18,7 +19,7 @@ use crate::geodesic::GeodesicPath;
 pub struct SplineGizmos {
     /// Curves.
     pub curve: Color,
-    /// Legs from anchors to handles.
+    /// Legs from anchors to handles, and those of the control polygons of B-splines.
     pub leg: Color,
     /// Anchors and handles.
     pub control: Color,
@@ -41,7 +42,8 @@ impl Default for SplineGizmos {
 }
 
 /// Draws every traced spline; of [`Editable`] ones also the control points: squares for corners, discs for other anchors,
-/// small discs for handles, joined to their anchors by their geodesics.
+/// small discs for handles, joined to their anchors by their geodesics. Anchors of a B-spline are discs, joined by its control
+/// polygon. Where a curve is torn, it is drawn torn.
 ///
 /// Schedule: `PostUpdate`, set [`SurfaceSplineSystems::Draw`]. Needs Bevy's `GizmoPlugin`; without it nothing is drawn.
 #[derive(Debug, Default)]
@@ -60,7 +62,7 @@ impl Plugin for DebugDrawPlugin {
         // A little towards the eye, so that lines do not fight with the faces they lie on.
         let line = GizmoLineConfig { width: 2.0, ..default() };
         app.insert_gizmo_config(SplineGizmos::default(), GizmoConfig { depth_bias: -0.002, line, ..default() })
-            .add_systems(PostUpdate, (draw_curves, draw_controls).in_set(SurfaceSplineSystems::Draw));
+            .add_systems(PostUpdate, (draw_curves, draw_polygons, draw_controls).in_set(SurfaceSplineSystems::Draw));
     }
 }
 
@@ -71,7 +73,26 @@ fn draw_curves(mut gizmos: Gizmos<SplineGizmos>, surfaces: SurfaceQueries, splin
     let color = gizmos.config_ext.curve;
     for (trace, on) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
-        gizmos.linestrip(trace.polyline().iter().map(|p| view.to_world().transform_point3(*p)), color);
+        for piece in trace.pieces() {
+            gizmos.linestrip(piece.iter().map(|p| view.to_world().transform_point3(*p)), color);
+        }
+    }
+}
+
+fn draw_polygons(
+    mut gizmos: Gizmos<SplineGizmos>,
+    surfaces: SurfaceQueries,
+    polygons: Query<(&ControlPolygon, &OnSurface), With<Editable>>,
+) {
+    if !gizmos.config.enabled {
+        return;
+    }
+    let color = gizmos.config_ext.leg;
+    for (polygon, on) in &polygons {
+        let Some(view) = surfaces.get(on.0) else { continue };
+        for leg in polygon.legs() {
+            gizmos.linestrip(leg.iter().map(|p| view.to_world().transform_point3(*p)), color);
+        }
     }
 }
 
@@ -85,6 +106,7 @@ fn draw_controls(
     let Some((camera, eye)) = shown.filter(|_| gizmos.config.enabled) else { return };
     for (spline, on) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
+        let has_joins = !spline.scheme().method.is_b_spline();
         for kind in ControlKind::all(spline) {
             let Some(point) = kind.point(spline) else { continue };
             let position = view.position(point);
@@ -92,7 +114,7 @@ fn draw_controls(
             let place = Isometry3d::new(position, eye.rotation());
             let style = *gizmos.config_ext;
             match (kind, leg(spline.anchors(), kind)) {
-                (ControlKind::Anchor(i), _) if spline.anchors()[i as usize].join() == Join::Corner => {
+                (ControlKind::Anchor(i), _) if has_joins && spline.anchors()[i as usize].join() == Join::Corner => {
                     gizmos.rect(place, Vec2::splat(style.anchor_size * pixel), style.control);
                 }
                 (ControlKind::Anchor(_), _) => disc(&mut gizmos, place, 0.5 * style.anchor_size * pixel, style.control),

@@ -12,12 +12,14 @@
 
 mod build;
 mod controls;
+mod curve;
 mod debug_draw;
 mod diagnostics;
 mod drag;
 mod edit;
 pub mod mesh;
 mod pick;
+mod polygon;
 mod queries;
 mod remap;
 mod retrace;
@@ -29,6 +31,7 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub use controls::{ControlKind, ControlOf, ControlPoint, Controls, ControlsPlugin, Editable};
+pub use curve::TraceCurve;
 pub use debug_draw::{DebugDrawPlugin, SplineGizmos};
 pub use diagnostics::SplineDiagnosticsPlugin;
 pub use drag::{DragPlugin, DragSettings, DragState, Grip};
@@ -37,6 +40,7 @@ pub use edit::{
 };
 pub use mesh::{MeshReadError, mesh_from, triangle_mesh_from};
 pub use pick::{CurveHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
+pub use polygon::{ControlPolygon, PolygonPlugin};
 pub use queries::{SurfaceQueries, SurfaceQueryError, SurfaceView, WorldHit, WorldPlace, WorldWalk};
 pub use retrace::{RetracePlugin, SplineTrace, TraceChanged, TraceStatistics};
 pub use spline::{SplinePlugin, SplineSource, SplineState, SurfaceSpline};
@@ -57,7 +61,7 @@ pub enum SurfaceSplineSystems {
     Edit,
     /// Changed segments are traced again.
     Trace,
-    /// Entities of anchors and handles follow.
+    /// Entities of anchors and handles follow, and control polygons of B-splines.
     Controls,
     /// Gizmos are drawn.
     Draw,
@@ -94,6 +98,7 @@ impl PluginGroup for SurfaceSplinePlugins {
             .add(EditPlugin)
             .add(RetracePlugin)
             .add(ControlsPlugin)
+            .add(PolygonPlugin)
             .add(PickPlugin)
             .add(DragPlugin)
             .add(SplineDiagnosticsPlugin)

@@ -166,9 +166,7 @@ impl Picker<'_, '_> {
         let mut grabs = Vec::new();
         for (entity, trace, on) in &self.curves {
             let Some(view) = self.queries.get(on.0) else { continue };
-            let Some(local) = eye.nearest_on(trace.polyline(), &view, pixel, self.settings.grab_radius) else {
-                continue;
-            };
+            let Some(local) = eye.nearest_on(trace.pieces(), &view, pixel, self.settings.grab_radius) else { continue };
             let Some(nearest) = trace.nearest(view.surface(), local.as_dvec3()) else { continue };
             let position = view.position(nearest.point);
             if let Some(depth) = self.visible_depth(eye, position) {
@@ -219,22 +217,30 @@ impl<'a> Eye<'a> {
         (at.w > 0.0 && (0.0..=1.0).contains(&ndc.z)).then(|| self.viewport.min + share * self.viewport.size())
     }
 
-    /// The position (local) on a polyline that appears nearest to a pixel, if it is within a radius.
-    fn nearest_on(&self, polyline: &[Vec3], view: &SurfaceView, pixel: Vec2, radius: f32) -> Option<Vec3> {
+    /// The position (local) on some polylines that appears nearest to a pixel, if it is within a radius.
+    fn nearest_on<'p>(
+        &self,
+        polylines: impl Iterator<Item = &'p [Vec3]>,
+        view: &SurfaceView,
+        pixel: Vec2,
+        radius: f32,
+    ) -> Option<Vec3> {
         let clip = self.clip_from_world * Mat4::from(view.to_world());
         let mut best = (radius, None);
-        let mut before: Option<(Vec3, Vec2)> = None;
-        for &position in polyline {
-            let at = self.project(&clip, position);
-            if let (Some((a, from)), Some(to)) = (before, at) {
-                let way = to - from;
-                let share = ((pixel - from).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
-                let distance = pixel.distance(from + share * way);
-                if distance <= best.0 {
-                    best = (distance, Some(a.lerp(position, share)));
+        for polyline in polylines {
+            let mut before: Option<(Vec3, Vec2)> = None;
+            for &position in polyline {
+                let at = self.project(&clip, position);
+                if let (Some((a, from)), Some(to)) = (before, at) {
+                    let way = to - from;
+                    let share = ((pixel - from).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
+                    let distance = pixel.distance(from + share * way);
+                    if distance <= best.0 {
+                        best = (distance, Some(a.lerp(position, share)));
+                    }
                 }
+                before = at.map(|at| (position, at));
             }
-            before = at.map(|at| (position, at));
         }
         best.1
     }

@@ -1,5 +1,6 @@
 //! Traces follow their splines: only segments that changed are traced again.
 
+use std::ops::Range;
 use std::sync::{Arc, Weak};
 
 use bevy::log::warn;
@@ -19,6 +20,7 @@ pub struct SplineTrace {
     #[deref]
     trace: Arc<Trace>,
     polyline: Arc<[Vec3]>,
+    pieces: Arc<[Range<usize>]>,
     surface: Weak<Surface>,
 }
 
@@ -31,6 +33,12 @@ impl SplineTrace {
     /// Positions along the curve in the surface's local space, crossings of edges included.
     pub fn polyline(&self) -> &[Vec3] {
         &self.polyline
+    }
+
+    /// The unbroken pieces of the [`polyline`](Self::polyline): a single one, unless the curve is torn, which curves of the
+    /// schemes for comparison may be.
+    pub fn pieces(&self) -> impl Iterator<Item = &[Vec3]> {
+        self.pieces.iter().filter_map(|piece| self.polyline.get(piece.clone()))
     }
 
     /// Whether it was traced on this very surface.
@@ -116,8 +124,9 @@ fn retrace_splines(
                     continue;
                 }
                 let polyline = trace.positions().iter().map(|p| p.as_vec3()).collect();
+                let pieces = trace.pieces().into();
                 let surface = Arc::downgrade(&built.0);
-                commands.entity(entity).try_insert(SplineTrace { trace: Arc::new(trace), polyline, surface });
+                commands.entity(entity).try_insert(SplineTrace { trace: Arc::new(trace), polyline, pieces, surface });
                 commands.trigger(TraceChanged { entity, retraced });
             }
             Err(error) => {

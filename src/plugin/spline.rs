@@ -62,6 +62,7 @@ pub struct SplineSource {
 enum SourcePoints {
     Through(Vec<Vec3>),
     Bezier([SurfacePoint; 4]),
+    Controls(Vec<Vec3>),
 }
 
 impl SplineSource {
@@ -74,6 +75,16 @@ impl SplineSource {
     /// One cubic segment: anchor, handle, handle, anchor.
     pub fn bezier(polygon: [SurfacePoint; 4]) -> Self {
         Self { points: SourcePoints::Bezier(polygon), closed: false, scheme: Scheme::default() }
+    }
+
+    /// A B-spline, whose control points are the surface points nearest to positions in the surface's local space; at least
+    /// four, closed three.
+    ///
+    /// It passes near them, and is smoother than a spline that passes through: C². [`scheme`](Self::scheme) makes it a
+    /// quadratic one.
+    pub fn control_points(positions: impl IntoIterator<Item = Vec3>) -> Self {
+        let points = SourcePoints::Controls(positions.into_iter().collect());
+        Self { points, closed: false, scheme: Scheme::b_spline() }
     }
 
     /// Joins the last anchor to the first; a single Bézier segment stays open.
@@ -94,31 +105,33 @@ impl SplineSource {
             SourcePoints::Bezier(polygon) => Spline::bezier(surface, finder, *polygon),
             SourcePoints::Through(positions) => {
                 let points = nearest_points(surface, positions)?;
+                require_two_distinct(positions)?;
                 Spline::smooth_through(surface, finder, &points, self.closed)
+            }
+            SourcePoints::Controls(positions) => {
+                Spline::b_spline(surface, &nearest_points(surface, positions)?, self.closed)
             }
         };
         Ok(spline.map_err(|error| error.to_string())?.with_scheme(self.scheme))
     }
 }
 
-/// The nearest surface points, without consecutive repetitions of one position.
+/// The surface points nearest to positions.
 fn nearest_points(surface: &Surface, positions: &[Vec3]) -> Result<Vec<SurfacePoint>, String> {
     if let Some(bad) = positions.iter().position(|p| !p.is_finite()) {
         let value = positions[bad];
         return Err(format!("position {bad} is {value}: give finite positions in the surface's local space"));
     }
-    let mut distinct: Vec<Vec3> = Vec::new();
-    for p in positions {
-        if !distinct.contains(p) {
-            distinct.push(*p);
-        }
-    }
-    if distinct.len() < 2 {
-        return Err(SplineError::TooFewPoints { distinct: distinct.len() }.to_string());
-    }
     let nearest = |p: &Vec3| surface.closest_point(p.as_dvec3()).map(|c| c.point);
     let found: Option<Vec<SurfacePoint>> = positions.iter().map(nearest).collect();
     found.ok_or_else(|| "the surface has no points".to_string())
+}
+
+/// Refuses positions that are all the same.
+fn require_two_distinct(positions: &[Vec3]) -> Result<(), String> {
+    let distinct = usize::from(!positions.is_empty());
+    let same = positions.iter().all(|p| *p == positions[0]);
+    if same { Err(SplineError::TooFewPoints { distinct }.to_string()) } else { Ok(()) }
 }
 
 /// Turns [`SplineSource`]s into [`SurfaceSpline`]s, and maps splines when their surface changes.

@@ -1,5 +1,7 @@
 //! The Bevy plugin in a headless app.
 
+mod b_splines;
+mod curves;
 mod drags;
 mod jumps;
 mod picks;

@@ -199,6 +199,7 @@ fn every_plugin_can_be_added_alone() {
     alone(plugin::EditPlugin);
     alone(plugin::RetracePlugin);
     alone(plugin::ControlsPlugin);
+    alone(plugin::PolygonPlugin);
     alone(plugin::PickPlugin);
     alone(plugin::DragPlugin);
     alone(plugin::SplineDiagnosticsPlugin);
