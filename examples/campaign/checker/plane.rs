@@ -119,10 +119,25 @@ pub(crate) fn taut(a: DVec2, portals: &[Portal], c: DVec2) -> Option<f64> {
     Some(reach(c, portals, &best))
 }
 
-/// Whether the straight line from `a` to `c` leaves every portal's ends on their sides.
+/// Whether the straight line from `a` to `c` passes every portal between its ends.
 fn passes(a: DVec2, portals: &[Portal], c: DVec2) -> bool {
     let d = c - a;
-    portals.iter().all(|p| d.perp_dot(p.right - a) <= 0.0 && d.perp_dot(p.left - a) >= 0.0)
+    portals.iter().all(|p| {
+        let (right, left) = (d.perp_dot(p.right - a), d.perp_dot(p.left - a));
+        right <= 0.0 && left >= 0.0 && !runs_beside(a, d, p, left - right)
+    })
+}
+
+/// Whether a line runs along a portal without reaching it, as it may where faces have no area: the sides that the portal's ends
+/// are on say nothing then.
+fn runs_beside(a: DVec2, d: DVec2, portal: &Portal, apart: f64) -> bool {
+    const PARALLEL: f64 = 1e-9;
+    const NEAR: f64 = 1e-9;
+    if apart > PARALLEL * d.length() * portal.right.distance(portal.left) {
+        return false;
+    }
+    let along = [portal.right, portal.left].map(|p| d.dot(p - a) / d.length_squared());
+    along.iter().all(|s| *s < -NEAR) || along.iter().all(|s| *s > 1.0 + NEAR)
 }
 
 #[cfg(test)]
@@ -139,6 +154,15 @@ mod tests {
         assert!((up - 2.0 * 5.0_f64.sqrt()).abs() < 1e-15);
         let zigzag = taut(a, &[portal(1.0, 1.0, 2.0), portal(3.0, -2.0, -1.0)], c).unwrap();
         assert!((zigzag - (2.0 * 2.0_f64.sqrt() + 8.0_f64.sqrt())).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_taut_line_goes_to_a_portal_that_it_could_run_beside() {
+        let portal = |x: f64, y: f64| Portal { right: DVec2::new(x, y), left: DVec2::new(-2.0, 0.0) };
+        // A face without area lies between the first two.
+        let portals = [portal(0.3, 0.0), portal(0.0, 0.0), Portal { right: DVec2::ZERO, left: DVec2::Y }];
+        let (a, c) = (DVec2::new(-0.5, -0.1), DVec2::X);
+        assert!((taut(a, &portals, c).unwrap() - (a.length() + 1.0)).abs() < 1e-15);
     }
 
     #[test]
