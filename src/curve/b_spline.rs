@@ -49,8 +49,8 @@ pub struct Interpolation {
 impl Spline {
     /// Makes a uniform cubic B-spline from its control points: C² from end to end, and it passes near them.
     ///
-    /// The points become anchors with handles of no length; [`with_scheme`](Self::with_scheme) makes it a quadratic one, or
-    /// joins the same anchors in another way.
+    /// The points become anchors with handles of no length; [`with_scheme`](Self::with_scheme) joins the same anchors in
+    /// another way.
     ///
     /// # Errors
     /// [`SplineError`] with fewer than four points (closed: three), points that cannot be joined or that do not belong to
@@ -68,7 +68,24 @@ impl Spline {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn b_spline(surface: &Surface, points: &[SurfacePoint], closed: bool) -> Result<Self, SplineError> {
-        let needed = if closed { 3 } else { 4 };
+        Self::from_control_points(surface, points, closed, Scheme::b_spline())
+    }
+
+    /// Makes a uniform quadratic B-spline from its control points: C¹, and nearer to its control polygon.
+    ///
+    /// # Errors
+    /// As [`b_spline`](Self::b_spline), with fewer than three points.
+    pub fn quadratic_b_spline(surface: &Surface, points: &[SurfacePoint], closed: bool) -> Result<Self, SplineError> {
+        Self::from_control_points(surface, points, closed, Scheme::quadratic_b_spline())
+    }
+
+    fn from_control_points(
+        surface: &Surface,
+        points: &[SurfacePoint],
+        closed: bool,
+        scheme: Scheme,
+    ) -> Result<Self, SplineError> {
+        let needed = if closed || scheme.method == Method::QuadraticBSpline { 3 } else { 4 };
         if points.len() < needed {
             return Err(SplineError::TooFewControlPoints { count: points.len(), needed });
         }
@@ -78,7 +95,7 @@ impl Spline {
                 return Err(PathError::NoPath { from: pair[0], to: pair[1] }.into());
             }
         }
-        Ok(Self { anchors, closed, scheme: Scheme::b_spline(), jumps: JumpPolicy::default() })
+        Ok(Self { anchors, closed, scheme, jumps: JumpPolicy::default() })
     }
 
     /// Turns a B-spline into Bézier segments with smooth anchors at its knots; exact in the plane. A quadratic one is

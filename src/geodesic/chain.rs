@@ -98,7 +98,7 @@ pub(crate) fn turn_into(surface: &Surface, here: &InnerPoint, face: u32, strip: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::{SurfaceOptions, shapes};
+    use crate::surface::{SurfaceOptions, TriangleMesh, shapes};
     use glam::DVec3;
 
     #[test]
@@ -129,5 +129,33 @@ mod tests {
         assert!(path.length() > 1.9 * std::f64::consts::TAU * 1.5, "{}", path.length());
         let home = path.reversed(&surface).unwrap();
         assert!((home.length() - path.length()).abs() < 1e-9);
+    }
+
+    /// A vertex with more than four full turns about it: sixteen right angles. What a strip turns by is not known in the
+    /// plane, where a full turn looks like none.
+    #[test]
+    fn led_around_a_saddle_the_other_side_is_found() {
+        let ring = |k: u32| {
+            let angle = f64::from(k) / 16.0 * std::f64::consts::TAU;
+            DVec3::new(angle.cos(), angle.sin(), if k.is_multiple_of(2) { 1.0 } else { -1.0 })
+        };
+        let mesh = TriangleMesh {
+            positions: std::iter::once(DVec3::ZERO).chain((0..16).map(ring)).collect(),
+            faces: (0..16).map(|k| [0, 1 + k, 1 + (k + 1) % 16]).collect(),
+        };
+        let surface = Surface::build(&mesh, &SurfaceOptions::default()).unwrap();
+        let at = |face: u32| surface.point(crate::surface::FaceId(face), [0.4, 0.3, 0.3]).unwrap();
+        let mut finder = PathFinder::new();
+        let mut path = GeodesicPath::at_rest(at(0));
+        for face in 1..16 {
+            path = finder.continued(&surface, &path, &at(face)).unwrap();
+            let shortest = finder.shortest(&surface, &at(0), &at(face)).unwrap();
+            assert!(
+                (path.length() - shortest.length()).abs() < 1e-12,
+                "{face}: {} {}",
+                path.length(),
+                shortest.length()
+            );
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! The shortest path inside a strip: unfold its faces into the plane and pull a string taut.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::DVec2;
 
 use super::search::turn;
@@ -161,7 +163,7 @@ impl Funnel {
             while last + 1 < strip.len() && touches(last + 1) {
                 last += 1;
             }
-            let turn = a.perp_dot(b).atan2(a.dot(b)).abs();
+            let turn = full_turn(surface, &strip[first..=last], knot.left, a, b);
             bends.push(Bend { vertex: knot.vertex, first, last, turn, left: knot.left });
         }
     }
@@ -206,6 +208,23 @@ impl Funnel {
             });
         }
     }
+}
+
+/// By how much the string turns towards a vertex at the end of some sides, from direction `a` to `b`.
+///
+/// In the plane a turn is known but for full turns, and about a saddle the strip may lead round by more than one: the angles
+/// of the faces between the sides tell, which leave out less than a half turn at either end.
+fn full_turn(surface: &Surface, sides: &[HalfEdge], left: bool, a: DVec2, b: DVec2) -> f64 {
+    let side = if left { 1.0 } else { -1.0 };
+    let turn = side * a.perp_dot(b).atan2(a.dot(b));
+    // The corner of the face that side `h` leads out of, and of the face behind it.
+    let corner = |h: HalfEdge| surface.corner_angle(if left { h.next() } else { h });
+    let behind = |h: HalfEdge| surface.corner_angle(if left { surface.twin(h) } else { surface.twin(h).next() });
+    let [first, .., last] = sides else { return turn.abs() };
+    let between: f64 = sides[1..].iter().map(|h| corner(*h)).sum();
+    let about = between + 0.5 * (corner(*first) + behind(*last)) - PI;
+    let turns = ((about - turn) / TAU).round();
+    if turns > 0.0 { turn + turns * TAU } else { turn.abs() }
 }
 
 /// Vertices that the string runs straight through: found where crossings lie at a vertex and the string does not bend.

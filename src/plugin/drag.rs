@@ -131,8 +131,7 @@ fn drag_controls(
     keys: Option<Res<ButtonInput<KeyCode>>>,
     mut inputs: MessageReader<PointerInput>,
     (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
-    mut finder: Local<PathFinder>,
-    scene: Scene,
+    (scene, mut finder): (Scene, Local<PathFinder>),
 ) {
     let mut drag = Drag { state: state.clone(), target: None, end: None, finder: &mut finder };
     if drag.state.held().is_some_and(|grip| !scene.still_there(grip)) || !settings.enabled {

@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use super::SurfaceSplineSystems;
 use super::remap::remap_splines;
 use super::surface::{BuiltSurface, OnSurface, SurfaceState};
-use crate::curve::{Scheme, Spline, SplineError};
+use crate::curve::{Interpolation, Method, Scheme, Spline, SplineError};
 use crate::geodesic::PathFinder;
 use crate::surface::{Surface, SurfacePoint};
 
@@ -67,6 +67,8 @@ enum SourcePoints {
 
 impl SplineSource {
     /// A smooth spline through the surface points nearest to positions in the surface's local space.
+    ///
+    /// With [`Scheme::b_spline`] it is C² where that can be found ([`Spline::c2_through`]), else C¹ as without.
     pub fn smooth_through(positions: impl IntoIterator<Item = Vec3>) -> Self {
         let points = SourcePoints::Through(positions.into_iter().collect());
         Self { points, closed: false, scheme: Scheme::default() }
@@ -78,7 +80,7 @@ impl SplineSource {
     }
 
     /// A B-spline, whose control points are the surface points nearest to positions in the surface's local space; at least
-    /// four, closed three.
+    /// four, closed or quadratic three.
     ///
     /// It passes near them, and is smoother than a spline that passes through: C². [`scheme`](Self::scheme) makes it a
     /// quadratic one.
@@ -106,10 +108,21 @@ impl SplineSource {
             SourcePoints::Through(positions) => {
                 let points = nearest_points(surface, positions)?;
                 require_two_distinct(positions)?;
+                if self.scheme.method == Method::BSpline {
+                    let found = Spline::c2_through(surface, finder, &points, self.closed);
+                    let Interpolation { spline, .. } = found.map_err(|error| error.to_string())?;
+                    let method = spline.scheme().method;
+                    return Ok(spline.with_scheme(Scheme { method, ..self.scheme }));
+                }
                 Spline::smooth_through(surface, finder, &points, self.closed)
             }
             SourcePoints::Controls(positions) => {
-                Spline::b_spline(surface, &nearest_points(surface, positions)?, self.closed)
+                let points = nearest_points(surface, positions)?;
+                if self.scheme.method == Method::QuadraticBSpline {
+                    Spline::quadratic_b_spline(surface, &points, self.closed)
+                } else {
+                    Spline::b_spline(surface, &points, self.closed)
+                }
             }
         };
         Ok(spline.map_err(|error| error.to_string())?.with_scheme(self.scheme))

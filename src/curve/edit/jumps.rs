@@ -18,7 +18,8 @@ pub enum JumpPolicy {
     Allow,
     /// The leg stays on its side and belongs to the document; [`Spline::excess`] says how much longer it is.
     Sticky,
-    /// An anchor is inserted in the middle of the segment before it jumps.
+    /// An anchor is inserted in the middle of the segment before it jumps, and in the middle of what is left of it, up to six
+    /// times a move.
     AutoSplit,
 }
 

@@ -19,23 +19,47 @@ impl Spline {
             return Ok(next);
         }
         match self.jumps {
-            JumpPolicy::Allow => {}
-            JumpPolicy::Sticky => next.lead_middles(surface, finder, self, &led)?,
-            JumpPolicy::AutoSplit => {
-                if let Some(segment) = next.first_jump(surface, finder, self, &led)? {
-                    // One split a move: where that is not enough, the next move of the drag splits again.
-                    let mut split = self.insertion(surface, finder, SplineT(segment as f64 + 0.5))?.spline;
-                    next = if let SplineEdit::DragHandle { anchor, side, .. } = edit {
-                        // The insertion moved the handle, and yet it is to go where the drag leads it.
-                        let dragged = next.anchors[self.index(*anchor)?].handle(*side).clone();
-                        let anchor = split.index(after_split(*anchor, segment as u32))?;
-                        split.place_handle(surface, anchor, *side, dragged)?;
-                        split
-                    } else {
-                        split.moved(surface, finder, &shifted(edit, segment as u32))?.0
-                    };
-                }
+            JumpPolicy::Allow => Ok(next),
+            JumpPolicy::Sticky => {
+                next.lead_middles(surface, finder, self, &led)?;
+                Ok(next)
             }
+            JumpPolicy::AutoSplit => self.after_splits(surface, finder, edit, next, led),
+        }
+    }
+
+    /// The spline after a move, with anchors inserted in the middle of segments that would jump, as often as that helps.
+    fn after_splits(
+        &self,
+        surface: &Surface,
+        finder: &mut PathFinder,
+        edit: &SplineEdit,
+        moved: Self,
+        led: Led,
+    ) -> Result<Self, EditError> {
+        /// Each split halves what is left of the segment on the side that jumps.
+        const MAX_SPLITS: u32 = 6;
+        // An insertion shortens the handles around, and yet a handle is to go where its drag leads it.
+        let dragged = match edit {
+            SplineEdit::DragHandle { anchor, side, .. } => {
+                Some(moved.anchors[self.index(*anchor)?].handle(*side).clone())
+            }
+            _ => None,
+        };
+        let (mut base, mut next, mut led, mut edit) = (self.clone(), moved, led, edit.clone());
+        for _ in 0..MAX_SPLITS {
+            let Some(segment) = next.first_jump(surface, finder, &base, &led)? else { break };
+            base = base.insertion(surface, finder, SplineT(segment as f64 + 0.5))?.spline;
+            edit = shifted(&edit, segment as u32);
+            (next, led) = match (&edit, &dragged) {
+                (SplineEdit::DragHandle { anchor, side, .. }, Some(handle)) => {
+                    let mut next = base.clone();
+                    let anchor = next.index(*anchor)?;
+                    next.place_handle(surface, anchor, *side, handle.clone())?;
+                    (next, Led::Nothing)
+                }
+                _ => base.moved(surface, finder, &edit)?,
+            };
         }
         Ok(next)
     }
@@ -176,11 +200,6 @@ impl Anchor {
     }
 }
 
-/// The number of an anchor after another was inserted in a segment.
-fn after_split(anchor: u32, segment: u32) -> u32 {
-    if anchor > segment { anchor + 1 } else { anchor }
-}
-
 /// The same edit after an anchor was inserted in a segment.
 fn shifted(edit: &SplineEdit, segment: u32) -> SplineEdit {
     let mut edit = edit.clone();
@@ -190,7 +209,7 @@ fn shifted(edit: &SplineEdit, segment: u32) -> SplineEdit {
     | SplineEdit::DragHandle { anchor, .. }
     | SplineEdit::SetJoin { anchor, .. } = &mut edit
     {
-        *anchor = after_split(*anchor, segment);
+        *anchor += u32::from(*anchor > segment);
     }
     edit
 }

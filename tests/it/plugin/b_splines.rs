@@ -171,6 +171,22 @@ fn control_points_make_a_b_spline() {
     stage.update();
     assert_eq!((stage.spline().is_closed(), stage.spline().segment_count()), (true, 5));
     assert_eq!((stage.legs(), stage.chords().len()), (Some(stage.chords()), 5));
+    // Three are enough for a quadratic one.
+    let quadratic = SplineSource::control_points(POSITIONS[..3].to_vec()).scheme(Scheme::quadratic_b_spline());
+    stage.app.world_mut().entity_mut(stage.spline).insert(quadratic);
+    stage.update();
+    assert_eq!(stage.spline().segment_count(), 1);
+    // Through positions, and C²: the control points are found.
+    let through = SplineSource::smooth_through(POSITIONS).scheme(Scheme::b_spline());
+    stage.app.world_mut().entity_mut(stage.spline).insert(through);
+    stage.update();
+    assert_eq!((stage.spline().scheme(), stage.spline().segment_count()), (Scheme::b_spline(), POSITIONS.len() - 1));
+    let trace = stage.app.world().get::<SplineTrace>(stage.spline).expect("a trace").clone();
+    for p in POSITIONS {
+        let surface = surface_of(&stage.app, stage.surface);
+        let place = surface.closest_point(p.as_dvec3()).expect("a place").position;
+        assert!(trace.nearest(surface, place).expect("a trace").distance < 2e-2, "{p}");
+    }
     for (source, why) in [
         (SplineSource::control_points(POSITIONS[..3].to_vec()), "needs 4"),
         (SplineSource::control_points(POSITIONS[..2].to_vec()).closed(), "needs 3"),

@@ -57,7 +57,8 @@ impl Ring {
     fn drag(&mut self, to: f32) -> (Vec<Spline>, f64) {
         let mut pointer = PointerScript::mouse(&mut self.app).expect("a window");
         let handle = ControlKind::Handle(1, HandleSide::Incoming);
-        pointer.move_to(&mut self.app, self.pixel(0.8));
+        let start = self.pixel(0.8);
+        pointer.move_to(&mut self.app, start);
         pointer.press(&mut self.app);
         assert_eq!(self.app.world().resource::<DragState>().held().map(|g| g.kind), Some(handle));
         let (mut splines, mut largest) = (Vec::new(), 0.0_f64);
@@ -102,9 +103,9 @@ fn each_policy_does_what_it_says() {
         });
     println!("largest steps: allowed {jump:.3}, sticky {steady:.3}, split {divided:.3}");
     assert!(allowed.0.iter().all(|n| *n == 2) && sticky.0.iter().all(|n| *n == 2));
-    assert!(jump > 3.0 * steady, "{jump} {steady}");
+    assert!(jump > 5.0 * steady && jump > 3.0 * divided, "{jump} {steady} {divided}");
     assert!(allowed.1 == 0.0 && sticky.1 > 0.05, "{} {}", allowed.1, sticky.1);
-    assert!(split.0.is_sorted() && split.0.last() == Some(&3), "{:?}", split.0);
+    assert!(split.0.is_sorted() && split.0.last() > Some(&2), "{:?}", split.0);
 }
 
 #[test]
@@ -113,7 +114,8 @@ fn going_back_undoes_it_all() {
         let mut ring = Ring::new(jumps);
         let start = ring.spline();
         let mut pointer = PointerScript::mouse(&mut ring.app).expect("a window");
-        pointer.move_to(&mut ring.app, ring.pixel(0.8));
+        let place = ring.pixel(0.8);
+        pointer.move_to(&mut ring.app, place);
         pointer.press(&mut ring.app);
         for angle in [1.5, 2.5, 3.5, FAR, 3.5, 2.5, 1.5, 0.9] {
             let place = ring.pixel(angle);
