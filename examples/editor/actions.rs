@@ -26,6 +26,7 @@ pub(crate) enum Action {
     CycleJoin,
     SetJoin(Join),
     SetScheme(Scheme),
+    SetJumps(JumpPolicy),
     /// A scheme on the way to another: all until [`Action::EndSlide`] are one step of the history.
     SlideScheme(Scheme),
     EndSlide,
@@ -106,6 +107,11 @@ fn perform(
             Action::SetScheme(scheme) => {
                 if let Some((entity, _)) = selected.filter(|(_, spline)| spline.scheme() != *scheme) {
                     send(entity, SplineEdit::SetScheme(*scheme));
+                }
+            }
+            Action::SetJumps(jumps) => {
+                if let Some((entity, _)) = selected.filter(|(_, spline)| spline.jumps() != *jumps) {
+                    send(entity, SplineEdit::SetJumps(*jumps));
                 }
             }
             Action::SlideScheme(scheme) => {

@@ -18,6 +18,16 @@ const JOINS: [(Join, &str, &str); 4] = [
     (Join::Automatic, "Automatic", "The handles are placed from the neighbouring anchors"),
 ];
 
+const JUMPS: [(JumpPolicy, &str, &str); 3] = [
+    (JumpPolicy::Allow, "Allow", "The curve goes the shortest way, and jumps where another one becomes the shortest"),
+    (
+        JumpPolicy::Sticky,
+        "Stick",
+        "The curve stays on its side while handles are dragged; no longer always the shortest way",
+    ),
+    (JumpPolicy::AutoSplit, "Split", "An anchor is inserted where a segment would jump"),
+];
+
 /// What the section shows.
 #[derive(SystemParam)]
 pub(crate) struct Properties<'w, 's> {
@@ -35,6 +45,9 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
     let anchor = properties.selection.anchor.and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
     egui::Grid::new("properties").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
         scheme::show(ui, spline.scheme(), actions);
+        if !spline.scheme().method.is_b_spline() {
+            show_jumps(ui, spline.jumps(), actions);
+        }
         ui.label("Shape");
         let kind = if spline.is_closed() { "closed" } else { "open" };
         ui.label(format!("{kind}, {} anchors", spline.anchors().len()));
@@ -52,6 +65,19 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
     if let (Some((_, anchor)), Ok((model, surface))) = (anchor, model) {
         show_position(ui, model.in_file(surface.position(&anchor.point())));
     }
+}
+
+fn show_jumps(ui: &mut egui::Ui, jumps: JumpPolicy, actions: &mut MessageWriter<Action>) {
+    let name = JUMPS.iter().find(|(policy, ..)| *policy == jumps).map_or("", |(_, name, _)| name);
+    ui.label("Jumps");
+    egui::ComboBox::from_id_salt("jumps").selected_text(name).width(150.0).show_ui(ui, |ui| {
+        for (policy, name, meaning) in JUMPS {
+            if ui.selectable_label(policy == jumps, name).on_hover_text(meaning).clicked() {
+                actions.write(Action::SetJumps(policy));
+            }
+        }
+    });
+    ui.end_row();
 }
 
 fn show_position(ui: &mut egui::Ui, position: DVec3) {

@@ -2,7 +2,7 @@
 //! policy.
 
 use bevy::prelude::*;
-use bevy_surface_splines::curve::{JumpPolicy, Spline, Trace, TraceWorkspace};
+use bevy_surface_splines::curve::{Spline, Trace, TraceWorkspace};
 use bevy_surface_splines::geodesic::PathFinder;
 use bevy_surface_splines::plugin::testing::{PointerScript, pixel_of};
 use bevy_surface_splines::prelude::*;
