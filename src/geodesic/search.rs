@@ -120,7 +120,7 @@ impl Search {
             for (side, right, left) in [(twin.prev(), c, b), (twin.next(), a, c)] {
                 if surface.twin(side).is_some() {
                     let next = label.propagate(index, side, right, left);
-                    self.offer(surface, next, goal);
+                    self.offer(surface, next, goal, arrived + patience);
                 }
             }
         }
@@ -204,12 +204,13 @@ impl Search {
             let to_middle = source.distance(0.5 * end);
             let label =
                 Label { source, left: end, right: DVec2::ZERO, to_source: 0.0, to_middle, side, parent: NO_PARENT };
-            self.offer(surface, label, goal);
+            self.offer(surface, label, goal, f64::INFINITY);
         }
     }
 
-    /// Keeps a label if it is the best on its side so far and not worse than the one on the side's other face.
-    fn offer(&mut self, surface: &Surface, label: Label, goal: DVec3) {
+    /// Keeps a label if it is the best on its side so far, not worse than the one on the side's other face, and of a
+    /// priority below `limit`, at which the search ends.
+    fn offer(&mut self, surface: &Surface, label: Label, goal: DVec3, limit: f64) {
         let known = |h: HalfEdge| {
             let best = self.best[h.index()];
             if best.epoch == self.epoch { self.pool[best.label as usize].to_middle } else { f64::INFINITY }
@@ -224,6 +225,9 @@ impl Search {
         // The middle of a side far longer than most says little about a path that crosses near its end.
         if surface.length(label.side) > LONG * self.mean_edge {
             priority = priority.min(label.lower_bound(surface, 0.0, goal) + 0.5 * LONG * self.mean_edge);
+        }
+        if priority >= limit {
+            return;
         }
         let index = self.pool.len() as u32;
         self.best[label.side.index()] = Best { epoch: self.epoch, label: index };
