@@ -35,6 +35,8 @@ pub(crate) struct Straightener {
     straight_through: Vec<Bend>,
     /// Differences of length below this are rounding.
     noise: f64,
+    /// Length of the taut string, if the string is up to date with strip and ends.
+    taut: Option<f64>,
     /// Sweeps and flips since the beginning, for statistics.
     pub(crate) sweeps: u64,
     pub(crate) flips: u64,
@@ -62,18 +64,18 @@ impl Straightener {
             push(surface, &mut self.strip, h);
         }
         self.noise = NOISE * longest_side(surface, &start, &self.strip);
+        self.taut = None;
         out.frozen = true;
-        for _ in 0..MAX_ROUNDS {
-            let met_bound = self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
-            self.funnel.pull(surface, &start, &end, &self.strip, &mut self.bends);
+        for round in 0..=MAX_ROUNDS {
+            let met_bound =
+                round == MAX_ROUNDS || self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
+            self.pull(surface, &start, &end);
             self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
             if met_bound || !self.leave_straight_through(surface, &start, &end, &out.at) {
                 out.frozen = met_bound;
                 break;
             }
         }
-        self.funnel.pull(surface, &start, &end, &self.strip, &mut self.bends);
-        self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
         (out.start, out.end) = (start, end);
         out.strip.clear();
         out.strip.extend_from_slice(&self.strip);
@@ -83,10 +85,15 @@ impl Straightener {
         }
     }
 
+    /// Pulls the string taut, unless it is, and gives its length.
+    fn pull(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint) -> f64 {
+        *self.taut.get_or_insert_with(|| self.funnel.pull(surface, start, end, &self.strip, &mut self.bends))
+    }
+
     /// A string that runs straight through a vertex of positive curvature does not bend there, and yet there is a shorter
     /// way on the other side. Passes the first such vertex where that holds; says whether there was one.
     fn leave_straight_through(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint, at: &[f64]) -> bool {
-        let length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        let length = self.pull(surface, start, end);
         let mut candidates = std::mem::take(&mut self.straight_through);
         straight_through(surface, &self.strip, at, &mut candidates);
         let mut found = false;
@@ -99,13 +106,14 @@ impl Straightener {
                 continue;
             }
             self.splice(surface, bend);
-            let shorter = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            let shorter = self.pull(surface, start, end);
             if self.gains(length, shorter) {
                 found = true;
                 break;
             }
             std::mem::swap(&mut self.strip, &mut self.next);
-            self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            self.taut = None;
+            self.pull(surface, start, end);
         }
         self.straight_through = candidates;
         found
@@ -123,12 +131,13 @@ impl Straightener {
             push(surface, &mut self.next, h);
         }
         std::mem::swap(&mut self.strip, &mut self.next);
+        self.taut = None;
     }
 
     /// Sweeps until no vertex can be passed with gain; says whether the bound was met instead.
     fn sweep(&mut self, surface: &Surface, start: &mut InnerPoint, end: &mut InnerPoint) -> bool {
-        clean_ends(surface, start, end, &mut self.strip);
-        let mut length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        self.clean_ends(surface, start, end);
+        let mut length = self.pull(surface, start, end);
         let mut best = (length, *start, *end);
         self.best.clone_from(&self.strip);
         let mut stalled = 0;
@@ -141,8 +150,8 @@ impl Straightener {
                 met_bound = false;
                 break;
             }
-            clean_ends(surface, start, end, &mut self.strip);
-            length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            self.clean_ends(surface, start, end);
+            length = self.pull(surface, start, end);
             if self.gains(length, best.0) {
                 met_bound = false;
                 break;
@@ -159,9 +168,17 @@ impl Straightener {
         if length > best.0 {
             (*start, *end) = (best.1, best.2);
             std::mem::swap(&mut self.strip, &mut self.best);
-            self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            self.taut = None;
         }
         met_bound
+    }
+
+    fn clean_ends(&mut self, surface: &Surface, start: &mut InnerPoint, end: &mut InnerPoint) {
+        let faces = self.strip.len();
+        clean_ends(surface, start, end, &mut self.strip);
+        if self.strip.len() != faces {
+            self.taut = None;
+        }
     }
 
     /// Passes every vertex that can be passed with gain and whose run of sides is still as it was; says how many.
@@ -184,6 +201,7 @@ impl Straightener {
                 push(surface, &mut self.next, h);
             }
             std::mem::swap(&mut self.strip, &mut self.next);
+            self.taut = None;
         }
         self.flips += flips as u64;
         flips
@@ -193,7 +211,7 @@ impl Straightener {
     /// vertex until the path has changed. Ends with no vertex left to try, which it confirms with `true`.
     fn finish(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint) -> bool {
         let mut refused: Vec<u32> = Vec::new();
-        let mut length = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+        let mut length = self.pull(surface, start, end);
         for _ in 0..4 * self.strip.len() + 1000 {
             let sharpness = |b: &Bend| b.turn + surface.curvature(b.vertex);
             let candidate = self
@@ -207,14 +225,15 @@ impl Straightener {
                 continue;
             }
             self.splice(surface, &bend);
-            let shorter = self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+            let shorter = self.pull(surface, start, end);
             if self.gains(length, shorter) {
                 length = shorter;
                 refused.clear();
                 self.flips += 1;
             } else {
                 std::mem::swap(&mut self.strip, &mut self.next);
-                self.funnel.pull(surface, start, end, &self.strip, &mut self.bends);
+                self.taut = None;
+                self.pull(surface, start, end);
                 refused.push(bend.vertex);
             }
         }
