@@ -16,7 +16,7 @@ use crate::geodesic::{
     PathError,
     inner::InnerPath,
     tangent::{InnerTangent, spell_in, turn_at},
-    transport::{angle_at, initial_direction},
+    transport::{angle_at, initial_direction, transport},
     walk::walk,
 };
 use crate::surface::InnerPoint;
@@ -238,6 +238,13 @@ fn differences(averager: &mut Averager<'_>, legs: &[InnerPath], t: f64) -> Resul
     let acceleration = (forward + backward) / (STEP * STEP);
     let turned = turn_at(surface, &at, &v, velocity.y.atan2(velocity.x));
     let derivative = InnerTangent { face: turned.face, vector: turned.vector * velocity.length() };
+    // At the ends it is that of a place nearby.
+    let derivative = if middle == t {
+        derivative
+    } else {
+        let way = averager.leg(&centre, &point)?;
+        transport(surface, &way, &derivative)
+    };
     let point = spell_in(surface, &point, derivative.face).unwrap_or(point);
     Ok(Spot { point, derivative, curvature: velocity.perp_dot(acceleration) / velocity.length().powi(3) })
 }

@@ -100,13 +100,18 @@ pub(crate) fn carry(
         let heading = transport(surface, &inner, &surface.inner_tangent(&handle.heading)?);
         ahead(surface, &to, &heading, handle.wished_length)
     };
-    Ok(Anchor {
-        point: to,
-        join: anchor.join,
-        incoming: carried(&anchor.incoming)?,
-        outgoing: carried(&anchor.outgoing)?,
-        middle: anchor.middle.clone(),
-    })
+    let [mut incoming, mut outgoing] = [carried(&anchor.incoming)?, carried(&anchor.outgoing)?];
+    let are_opposite = matches!(anchor.join, Join::Smooth | Join::Mirrored)
+        && incoming.wished_length.min(outgoing.wished_length) > NO_LENGTH * surface.diagonal();
+    if are_opposite {
+        // On the boundary one of them may point outwards, where there is nothing to be carried along with: the other leads.
+        if anchor.incoming.leg.length() > anchor.outgoing.leg.length() {
+            outgoing = opposite(surface, &to, &incoming, outgoing.wished_length)?;
+        } else {
+            incoming = opposite(surface, &to, &outgoing, incoming.wished_length)?;
+        }
+    }
+    Ok(Anchor { point: to, join: anchor.join, incoming, outgoing, middle: anchor.middle.clone() })
 }
 
 /// Places both handles of an anchor from its neighbours: chordal Catmull–Rom.

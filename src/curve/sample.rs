@@ -1,11 +1,14 @@
 //! From a piece of a curve to the geodesics of its trace: halved evenly, or where the trace would turn too much.
 
+use std::f64::consts::PI;
+
 use super::{
     Sampling, TraceBound,
     average::{Averager, Span},
     piece::{Control, is_flat, leg_turn, with_length},
 };
 use crate::geodesic::{PathError, inner::InnerPath, tangent::spell_in};
+use crate::surface::InnerPoint;
 
 /// Adaptive sampling halves no piece more often.
 const MAX_DEPTH: u8 = 20;
@@ -24,6 +27,10 @@ pub(crate) struct Sampled {
     pub(crate) bound: Option<TraceBound>,
 }
 
+/// How often a B-spline's interval is halved towards a knot to find the point where its trace ends. Where the next interval's
+/// trace begins is found the same way, however deep either is traced.
+const KNOT_DEPTH: u32 = 8;
+
 /// Traces a piece; `on_curve` joins the ends of its parts, else the control points of the parts are joined.
 pub(crate) fn sample(
     averager: &mut Averager<'_>,
@@ -35,6 +42,10 @@ pub(crate) fn sample(
         let limits = Limits { turn: turn.max(0.0), length: length.unwrap_or(f64::INFINITY), on_curve };
         return adapt(averager, control, limits);
     }
+    let knots = match sampling {
+        Sampling::Length(_) => knots(averager, &control)?,
+        _ => None, // equally deep, neighbours end in one place
+    };
     let levels = sampling.levels(control.longest_leg()).unwrap_or(0);
     let mut controls = vec![control];
     for _ in 0..levels {
@@ -48,7 +59,46 @@ pub(crate) fn sample(
         let paths = if on_curve { vec![chord(averager, &legs)?] } else { legs };
         out.append(paths, i as f64 * width, width);
     }
+    if let Some([start, end]) = knots {
+        if let Some(path) = out.paths.first_mut() {
+            pin(averager, path, start, path.end)?;
+        }
+        if let Some(path) = out.paths.last_mut() {
+            pin(averager, path, path.start, end)?;
+        }
+    }
     Ok(out)
+}
+
+/// The points between which a B-spline's interval runs; none for a Bézier polygon, whose ends are known.
+fn knots(averager: &mut Averager<'_>, control: &Control) -> Result<Option<[InnerPoint; 2]>, PathError> {
+    let Control::Interval(interval) = control else { return Ok(None) };
+    if interval.knots.intervals == 1 {
+        return Ok(None);
+    }
+    let [mut first, mut last] = [interval.clone(), interval.clone()];
+    for _ in 0..KNOT_DEPTH {
+        [first, _] = first.halve(averager)?;
+        [_, last] = last.halve(averager)?;
+    }
+    let [first, last] = [first.bezier(averager)?, last.bezier(averager)?];
+    Ok(first.first().zip(last.last()).map(|(first, last)| [first.start, last.end]))
+}
+
+/// Lets a path begin and end at other points, where it does not yet; says whether that moved it.
+fn pin(
+    averager: &mut Averager<'_>,
+    path: &mut InnerPath,
+    start: InnerPoint,
+    end: InnerPoint,
+) -> Result<bool, PathError> {
+    let surface = averager.surface;
+    let is_there = |a, b| surface.same_place(&surface.outer_point(a), &surface.outer_point(b));
+    if is_there(&path.start, &start) && is_there(&path.end, &end) {
+        return Ok(false);
+    }
+    *path = averager.leg(&start, &end)?;
+    Ok(true)
 }
 
 impl Sampled {
@@ -68,6 +118,20 @@ fn chord(averager: &mut Averager<'_>, legs: &[InnerPath]) -> Result<InnerPath, P
         path = averager.bridge(Span::new(&path, 0.0, 1.0), Span::new(leg, 0.0, 1.0))?;
     }
     Ok(path)
+}
+
+/// The angles between a polygon and the path from its first point to its last, at either end: nearly a half turn where the
+/// shortest path goes another way than the curve. Zero for a polygon of no length.
+fn departures(averager: &Averager<'_>, legs: &[InnerPath], chord: &InnerPath) -> [f64; 2] {
+    let surface = averager.surface;
+    let backwards = |leg: &InnerPath| {
+        let mut back = leg.clone();
+        back.reverse(surface);
+        back
+    };
+    let first = with_length(averager, legs).next().map_or(0.0, |leg| PI - leg_turn(averager, &backwards(leg), chord));
+    let last = with_length(averager, legs).next_back();
+    [first, last.map_or(0.0, |leg| PI - leg_turn(averager, chord, &backwards(leg)))]
 }
 
 /// What an adaptive trace is to keep.
@@ -109,8 +173,13 @@ impl Part {
         let length = paths.iter().map(|leg| leg.length).sum();
         let mut hides_bends = false;
         if limits.on_curve {
-            hides_bends = !is_flat(averager, &paths, limits.turn, limits.length);
-            paths = vec![chord(averager, &paths)?];
+            let chord = chord(averager, &paths)?;
+            // A chord lies within two turns of its polygon. At the segment's ends half a turn is left for this side of the joint.
+            let at_end = [from == 0.0, from + 0.5_f64.powi(i32::from(depth)) == 1.0];
+            let departs = departures(averager, &paths, &chord).into_iter().zip(at_end);
+            hides_bends = !is_flat(averager, &paths, limits.turn, limits.length)
+                || departs.into_iter().any(|(angle, end)| angle > if end { 0.5 } else { 2.0 } * limits.turn);
+            paths = vec![chord];
         }
         let (joined, looked_at, bent, bent_after) = (false, false, false, false);
         Ok(Self { control, paths, hides_bends, length, from, depth, joined, looked_at, bent, bent_after })
@@ -141,11 +210,24 @@ impl Part {
 
 /// Halves pieces that are bent, or that meet at too large an angle, until none is.
 fn adapt(averager: &mut Averager<'_>, control: Control, limits: Limits) -> Result<Sampled, PathError> {
+    let knots = knots(averager, &control)?;
     let mut parts = vec![Part::new(averager, control, 0.0, 0, limits)?];
     loop {
         // Joining two parts moves an end of one, which turns the path there: all are joined before any turn is looked at.
         for i in 1..parts.len() {
             join(averager, &mut parts[i - 1..=i])?;
+        }
+        if let Some([start, end]) = knots {
+            if let Some(part) = parts.first_mut()
+                && let Some(path) = part.paths.first_mut()
+            {
+                part.looked_at &= !pin(averager, path, start, path.end)?;
+            }
+            if let Some(part) = parts.last_mut()
+                && let Some(path) = part.paths.last_mut()
+            {
+                part.looked_at &= !pin(averager, path, path.start, end)?;
+            }
         }
         look_at(averager, &mut parts, limits);
         let mut wanted: Vec<bool> = parts.iter().map(|part| part.bent).collect();

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use super::EditError;
 use crate::curve::{Handle, Join, Spline, SplineT, average::Averager, handles, piece::Control, segment};
 use crate::geodesic::{PathFinder, inner::InnerPath, tangent::turn_at};
@@ -18,7 +20,8 @@ pub struct Insertion {
     /// The new anchor.
     pub anchor: u32,
     /// Largest distance found between the old curve and the new one at equal parameters, in local units: 16 places on each
-    /// half are compared. For a B-spline, whose curve is meant to change, at 33 places of the segment.
+    /// half are compared. For a B-spline, whose parameters shift: of 17 places on the segment from the new curve, to about
+    /// a thousandth of the length.
     pub deviation: f64,
     /// Length of the old segment, roughly, in local units.
     pub length: f64,
@@ -32,7 +35,8 @@ impl Insertion {
 
     /// Whether the curve moved by less than a hundredth of the segment's length.
     ///
-    /// Where it did not, the segment is too long for its surface: inserting two anchors changes less.
+    /// Where it did not, the segment is too long for its surface: inserting two anchors changes less. A B-spline is meant to
+    /// change.
     pub fn is_close(&self) -> bool {
         self.relative() < 0.01
     }
@@ -137,11 +141,49 @@ impl Spline {
         let place = segment + leg + 1;
         let place = if place > self.anchors.len() { place - self.anchors.len() } else { place };
         spline.anchors.insert(place, anchor);
-        let around = [segment, segment + 1].map(|k| spline.control(averager, k % spline.segment_count()));
-        let [left, right] = around;
-        let (deviation, length) = self.compare(averager, old, &[left?, right?], t.clamp(0.05, 0.95))?;
+        // A control point that came before the segment's own shifts it by one.
+        let segment = if place <= segment { segment + 1 } else { segment };
+        let (deviation, length) = self.distance_to(averager, old, &spline, segment)?;
         Ok(Insertion { spline, anchor: place as u32, deviation, length })
     }
+
+    /// Largest distance from a segment of a B-spline to where another one runs around segment `near`, and the segment's length.
+    fn distance_to(
+        &self,
+        averager: &mut Averager<'_>,
+        old: &Control,
+        new: &Self,
+        near: usize,
+    ) -> Result<(f64, f64), EditError> {
+        let surface = averager.surface;
+        let sampled = |averager: &mut Averager<'_>, control: &Control| -> Result<Vec<DVec3>, EditError> {
+            let mut place = |k| segment::evaluate(averager, control, self.scheme, f64::from(k) / f64::from(SAMPLES));
+            (0..=SAMPLES).map(|k| Ok(surface.inner_position(&place(k)?.point))).collect()
+        };
+        let before = sampled(averager, old)?;
+        let count = new.segment_count();
+        let mut line = Vec::new();
+        // The segment has become two; what was at its ends may lie in the ones beside.
+        for k in near + count - 1..near + count + 3 {
+            if new.closed || (count..2 * count).contains(&k) {
+                let control = new.control(averager, k % count)?;
+                line.push(sampled(averager, &control)?);
+            }
+        }
+        let distance = |p: &DVec3| {
+            let pairs = line.iter().flat_map(|piece| piece.windows(2));
+            pairs.map(|pair| distance_to_line(*p, [pair[0], pair[1]])).fold(f64::INFINITY, f64::min)
+        };
+        let deviation = before.iter().map(distance).fold(0.0, f64::max);
+        Ok((deviation, before.windows(2).map(|pair| pair[0].distance(pair[1])).sum()))
+    }
+}
+
+/// Distance of a position from a line between two others.
+fn distance_to_line(p: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    let way = b - a;
+    let share = ((p - a).dot(way) / way.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    p.distance(a + share * way)
 }
 
 /// The handle at a share of its leg.

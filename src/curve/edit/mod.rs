@@ -235,16 +235,16 @@ impl Spline {
             SplineEdit::Insert { at } => next = self.insertion(surface, finder, *at)?.spline,
             SplineEdit::Delete { anchor } => next.delete(surface, finder, *anchor)?,
             SplineEdit::Straighten { segment } => next.straighten(surface, finder, *segment)?,
-            SplineEdit::Close => next.close(surface)?,
+            SplineEdit::Close => next.close(surface, finder)?,
             SplineEdit::Open { anchor } => next.open(*anchor)?,
             SplineEdit::Reverse => next.reverse(surface)?,
             SplineEdit::Cut { anchor, keep } => next.cut(*anchor, *keep)?,
-            SplineEdit::Join { end, other, at } => next.join(surface, *end, other, *at)?,
+            SplineEdit::Join { end, other, at } => next.join(surface, finder, *end, other, *at)?,
             SplineEdit::SetScheme(scheme) => next.scheme = *scheme,
             SplineEdit::SetJumps(jumps) => next.jumps = *jumps,
             SplineEdit::Replace(spline) => {
                 spline.check(surface)?;
-                return Ok(spline.clone());
+                next = spline.clone();
             }
             SplineEdit::Restore(patch) => {
                 next.restore(patch)?;

@@ -115,7 +115,7 @@ impl Spline {
         Ok(())
     }
 
-    pub(super) fn close(&mut self, surface: &Surface) -> Result<(), EditError> {
+    pub(super) fn close(&mut self, surface: &Surface, finder: &mut PathFinder) -> Result<(), EditError> {
         if self.closed {
             return Err(EditError::Closed);
         }
@@ -125,7 +125,7 @@ impl Spline {
             self.anchors[0] = merged(surface, &end, &self.anchors[0])?;
         }
         self.closed = true;
-        Ok(())
+        self.place_automatic_around(surface, finder, 0)
     }
 
     pub(super) fn open(&mut self, anchor: u32) -> Result<(), EditError> {
@@ -175,6 +175,7 @@ impl Spline {
     pub(super) fn join(
         &mut self,
         surface: &Surface,
+        finder: &mut PathFinder,
         end: SplineEnd,
         other: &Self,
         at: SplineEnd,
@@ -201,9 +202,10 @@ impl Spline {
                 first.pop();
             }
         }
+        let seam = first.len();
         first.append(&mut second);
         self.anchors = first;
-        Ok(())
+        self.place_automatic_around(surface, finder, seam)
     }
 
     /// The two splines that an anchor of an open spline divides it into; both have the anchor.

@@ -49,3 +49,59 @@ fn doubled_control_points_hide_no_corner() {
         }
     }
 }
+
+/// A nearly straight polygon half around a cylinder was joined by the way back, on the other side: 1.8 instead of 4.5.
+#[test]
+fn points_on_the_curve_are_joined_the_way_the_curve_goes() {
+    let surface = built(&shapes::cylinder(48, 12, 2.0));
+    let mut tracer = Tracer::new(&surface);
+    for reach in [1.2_f64, 1.5] {
+        let polygon = [0.0, 1.0, 2.0, 3.0].map(|k| {
+            let angle = k * reach;
+            at(&surface, DVec3::new(angle.cos(), angle.sin(), 0.1 * angle + 0.5))
+        });
+        let exact = tracer.trace(&polygon, &Scheme::de_casteljau().with_levels(6)).unwrap().length();
+        for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+            let trace = tracer.trace(&polygon, &scheme.adaptive().on_curve()).unwrap();
+            assert!((trace.length() - exact).abs() < 1e-2 * exact, "{} for {exact}", trace.length());
+        }
+    }
+}
+
+/// Segments are traced one by one, and yet the trace is to be straight enough where they meet, and to be in one piece.
+#[test]
+fn segments_meet_straight_enough_and_in_one_place() {
+    for mesh in [shapes::icosphere(4), super::edits::bumpy(4), shapes::torus(2.0, 0.8, 48, 24)] {
+        let surface = built(&mesh);
+        let mut workspace = TraceWorkspace::default();
+        let mut random = Random(18);
+        for round in 0..12 {
+            let closed = round % 2 == 0;
+            let points: Vec<_> = (0..6).map(|_| at(&surface, 2.5 * random.on_sphere())).collect();
+            let smooth = Spline::smooth_through(&surface, &mut workspace.finder, &points, closed).unwrap();
+            let control = Spline::b_spline(&surface, &points, closed).unwrap();
+            let of = |spline: &Spline, scheme| spline.clone().with_scheme(scheme);
+            for spline in [
+                of(&smooth, Scheme::de_casteljau().adaptive().on_curve()),
+                of(&control, Scheme::b_spline().adaptive()),
+                of(&control, Scheme::b_spline().adaptive().on_curve()),
+                of(&control, Scheme::b_spline().with_length(0.2 * surface.diagonal())),
+            ] {
+                let trace = spline.trace(&surface, &mut workspace, None).unwrap();
+                let count = trace.segments().len();
+                for k in 0..if closed { count } else { count - 1 } {
+                    let [before, after] = [k, (k + 1) % count].map(|k| trace.segments()[k].paths());
+                    let [end, start] = [before[before.len() - 1].clone(), after[0].clone()];
+                    let [p, q] = [end.end(), start.start()].map(|p| surface.position(&p));
+                    assert!(p.distance(q) < 1e-12, "{:?}: {}", spline.scheme(), p.distance(q));
+                    if matches!(spline.scheme().sampling, Sampling::Adaptive { .. }) {
+                        let [a, b] = [end, start].map(|p| InnerPath::from_outer(&surface, &p).unwrap());
+                        let averager = average::Averager { surface: &surface, finder: &mut workspace.finder };
+                        let turn = piece::leg_turn(&averager, &a, &b).to_degrees();
+                        assert!(turn <= 5.0 + 1e-9, "{:?}: {turn}°", spline.scheme());
+                    }
+                }
+            }
+        }
+    }
+}

@@ -267,3 +267,36 @@ fn too_few_control_points_make_no_segment() {
     assert!(spline.evaluate(&surface, &mut workspace, SplineT(0.0)).is_err());
     assert!(spline.insertion(&surface, &mut workspace.finder, SplineT(0.0)).is_err());
 }
+
+/// Old and new parameters do not belong together, and behind the end of a closed spline all segments are counted one on:
+/// what was measured was as long as the segment.
+#[test]
+fn insertions_say_how_far_the_curve_moved() {
+    let surface = built(&shapes::icosphere(5));
+    let mut workspace = TraceWorkspace::default();
+    for closed in [false, true] {
+        for scheme in [Scheme::b_spline(), Scheme::quadratic_b_spline()] {
+            let points = [DVec3::X, DVec3::new(0.2, 1.0, 0.3), DVec3::NEG_X, DVec3::new(0.1, -1.0, 0.5), DVec3::Z];
+            let points = points.map(|p| at(&surface, p));
+            let spline = Spline::b_spline(&surface, &points, closed).unwrap().with_scheme(scheme);
+            for segment in 0..spline.segment_count() {
+                for share in [0.1, 0.4, 0.8] {
+                    let t = SplineT(segment as f64 + share);
+                    let made = spline.insertion(&surface, &mut workspace.finder, t).unwrap();
+                    let scheme = Scheme { on_curve: true, ..scheme.with_levels(6) };
+                    let new = made.spline.clone().with_scheme(scheme).trace(&surface, &mut workspace, None).unwrap();
+                    let mut off = 0.0_f64;
+                    for k in 0..=40 {
+                        let t = SplineT(segment as f64 + f64::from(k) / 40.0);
+                        let p = spline.evaluate(&surface, &mut workspace, t).unwrap();
+                        off = off.max(new.nearest(&surface, surface.position(&p)).unwrap().distance);
+                    }
+                    assert!(
+                        (made.deviation - off).abs() < 0.1 * off + 0.005 * made.length,
+                        "{t:?} {closed} {off} {made:?}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -131,3 +131,19 @@ fn points_on_the_curve_are_nearer_to_it() {
         assert!(curve < gain * polygon && curve_points <= polygon_points);
     }
 }
+
+/// Near the ends it is measured a little further on, and was left there, in a face that the point may not touch.
+#[test]
+fn derivatives_of_centres_of_mass_are_where_the_point_is() {
+    let surface = built(&shapes::icosphere(5));
+    let mut tracer = Tracer::new(&surface);
+    let mut random = Random(6);
+    for _ in 0..60 {
+        let middle = random.on_sphere();
+        let polygon = [(); 4].map(|()| at(&surface, middle + 0.4 * random.on_sphere()));
+        for t in [0.0, 1e-12, 1.0 - 2e-4] {
+            let found = tracer.curve_point(&polygon, &Scheme::centre_of_mass(), t).unwrap();
+            assert!(surface.inner_tangent_at(&found.point, &found.derivative).is_ok(), "{t}");
+        }
+    }
+}

@@ -276,3 +276,42 @@ fn evaluation_is_on_the_deep_trace() {
         assert!(worst < 1e-6, "{worst}");
     }
 }
+
+/// Automatic ends got a neighbour by closing or joining, and no handles towards it.
+#[test]
+fn automatic_ends_see_their_new_neighbours() {
+    let surface = built(&shapes::icosphere(4));
+    let mut automatic = four(&surface, false);
+    for anchor in 0..4 {
+        apply(&surface, &mut automatic, &SplineEdit::SetJoin { anchor, join: Join::Automatic });
+    }
+    let mut closed = automatic.clone();
+    apply(&surface, &mut closed, &SplineEdit::Close);
+    let mut other = spline_on(&surface, &[DVec3::NEG_Y, DVec3::NEG_Z], false);
+    apply(&surface, &mut other, &SplineEdit::SetJoin { anchor: 0, join: Join::Automatic });
+    let mut joined = automatic;
+    apply(&surface, &mut joined, &SplineEdit::Join { end: SplineEnd::End, other, at: SplineEnd::Start });
+    for (spline, ends) in [(closed, [0, 3]), (joined, [3, 4])] {
+        for i in ends {
+            let anchor = &spline.anchors()[i];
+            assert!(anchor.incoming().leg().length() > 0.05 && anchor.outgoing().leg().length() > 0.05, "{i}");
+            assert!((handle_angle(&surface, anchor) - std::f64::consts::PI).abs() < 1e-9);
+        }
+    }
+}
+
+/// A handle that pointed out of the surface was carried along with nothing to hold on to, and came back elsewhere.
+#[test]
+fn smooth_anchors_come_back_smooth_from_the_boundary() {
+    let surface = built(&jittered_square(8));
+    let mut random = Random(14);
+    for round in 0..60 {
+        let edge = DVec3::new(f64::from(1 + round % 7) / 8.0, 0.0, 0.0);
+        let points = [0.5 * random.in_square() + DVec3::new(0.2, 0.3, 0.0), edge, random.in_square()];
+        let mut spline = spline_on(&surface, &points, false);
+        let to = at(&surface, 0.5 * random.in_square() + DVec3::new(0.25, 0.25, 0.0));
+        apply(&surface, &mut spline, &SplineEdit::MoveAnchor { anchor: 1, to });
+        let angle = handle_angle(&surface, &spline.anchors()[1]);
+        assert!((angle - std::f64::consts::PI).abs() < 1e-9, "{round}: {angle}");
+    }
+}

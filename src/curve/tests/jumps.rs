@@ -169,3 +169,19 @@ fn splits_come_before_jumps() {
     let [_, _, q, _] = last.polygon(last.segment_count() - 1).unwrap()[..] else { unreachable!() };
     assert!(surface.same_place(&q, &on_ring(&surface, 0.4 + PI + 0.7)));
 }
+
+/// A whole spline may come from a file: its middle legs were believed.
+#[test]
+fn middle_legs_of_whole_splines_join_their_handles() {
+    let surface = ring();
+    let mut finder = PathFinder::new();
+    let good = spline(&surface, JumpPolicy::Sticky);
+    let mut broken = good.clone();
+    broken.anchors[0].middle = Some(surface.shortest_path(&on_ring(&surface, 2.0), &on_ring(&surface, 2.5)).unwrap());
+    let mut spline = good.clone();
+    spline.apply(&surface, &mut finder, &SplineEdit::Replace(broken.clone())).unwrap();
+    assert_eq!(spline, good);
+    broken.jumps = JumpPolicy::Allow;
+    spline.apply(&surface, &mut finder, &SplineEdit::Replace(broken)).unwrap();
+    assert!(spline.anchors()[0].middle().is_none());
+}
