@@ -101,13 +101,18 @@ impl Spline {
     /// Turns a B-spline into Bézier segments with smooth anchors at its knots; exact in the plane. A quadratic one is
     /// raised to cubic segments.
     ///
+    /// What happens at jumps is allowed again.
+    ///
     /// # Errors
-    /// [`TraceError`] if control points cannot be joined; [`TraceError::Polygon`] for a spline that is no B-spline, or one
-    /// without segments.
+    /// [`TraceError`] if control points cannot be joined; [`TraceError::Conversion`] for a spline that is no B-spline,
+    /// [`TraceError::NoSegments`] for one without segments.
     pub fn to_bezier(&self, surface: &Surface, finder: &mut PathFinder) -> Result<Conversion, TraceError> {
         let count = self.segment_count();
-        if !self.scheme.method.is_b_spline() || count == 0 {
-            return Err(TraceError::Polygon { count: self.anchors.len(), method: self.scheme.method });
+        if !self.scheme.method.is_b_spline() {
+            return Err(TraceError::Conversion("it has Bézier segments already; convert B-splines"));
+        }
+        if count == 0 {
+            return Err(TraceError::NoSegments);
         }
         let mut averager = Averager { surface, finder };
         let mut anchors = Vec::with_capacity(count + 1);
@@ -148,13 +153,21 @@ impl Spline {
     /// segment. Exact in the plane for a spline that is C² with even parameters; otherwise, and on a surface, the curve
     /// changes, and by how much is measured.
     ///
+    /// What happens at jumps is allowed again.
+    ///
     /// # Errors
-    /// [`TraceError`] if control points cannot be joined; [`TraceError::Polygon`] for a spline that is a B-spline already, or
-    /// a closed one of less than three segments.
+    /// [`TraceError`] if control points cannot be joined; [`TraceError::Conversion`] for a spline that is a B-spline already,
+    /// or a closed one of less than three segments.
     pub fn to_b_spline(&self, surface: &Surface, finder: &mut PathFinder) -> Result<Conversion, TraceError> {
         let count = self.segment_count();
-        if self.scheme.method.is_b_spline() || count < if self.closed { 3 } else { 1 } {
-            return Err(TraceError::Polygon { count: self.anchors.len(), method: self.scheme.method });
+        if self.scheme.method.is_b_spline() {
+            return Err(TraceError::Conversion("it is a B-spline already; convert Bézier splines"));
+        }
+        if self.closed && count < 3 {
+            return Err(TraceError::Conversion("a closed B-spline needs three segments; insert an anchor first"));
+        }
+        if count == 0 {
+            return Err(TraceError::NoSegments);
         }
         let mut averager = Averager { surface, finder };
         let knots = Knots { degree: 3, intervals: count, periodic: self.closed };

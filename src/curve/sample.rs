@@ -46,7 +46,9 @@ pub(crate) fn sample(
         Sampling::Length(_) => knots(averager, &control)?,
         _ => None, // equally deep, neighbours end in one place
     };
-    let levels = sampling.levels(control.longest_leg()).unwrap_or(0);
+    // A chord is up to as many times as long as a leg as the degree says.
+    let reach = if on_curve { control.legs().len() as f64 } else { 1.0 };
+    let levels = sampling.levels(reach * control.longest_leg()).unwrap_or(0);
     let mut controls = vec![control];
     for _ in 0..levels {
         let halves = controls.iter().map(|control| control.halve(averager));

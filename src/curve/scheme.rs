@@ -79,10 +79,11 @@ impl Method {
 pub enum Sampling {
     /// Every segment is halved this often, at most [`Scheme::MAX_LEVELS`].
     Levels(u8),
-    /// Every segment is halved until the longest leg of its control polygon, halved as often, is no longer than this (in
-    /// local units).
+    /// Every segment is halved until no geodesic of its trace is longer than this, in local units, as far as its control
+    /// polygon tells: exact in the plane, where the longest is mostly between a quarter of this and all of it.
     Length(f64),
-    /// Each piece is halved until the trace is nearly straight there.
+    /// Each piece is halved until the trace is nearly straight there; schemes for comparison are traced with their usual
+    /// number of points.
     ///
     /// Bounds: 20 halvings, 4,096 pieces a segment, pieces of 1e-10 of the surface's diagonal;
     /// [`SegmentTrace::bound`](super::SegmentTrace::bound) says if one was met before the trace was straight enough.
@@ -102,7 +103,7 @@ pub enum Sampling {
 /// let schemes = [
 ///     Scheme::lane_riesenfeld(),               // six levels, 67 points a segment
 ///     Scheme::de_casteljau().adaptive(),       // no turn above 5°
-///     Scheme::b_spline().with_length(0.01),    // legs of about a hundredth
+///     Scheme::b_spline().with_length(0.01),    // legs of a hundredth at most
 ///     Scheme::lane_riesenfeld().on_curve(),    // all points on the curve itself
 /// ];
 /// # let _ = schemes;
@@ -179,7 +180,7 @@ impl Scheme {
         self
     }
 
-    /// The same method with legs of about a length, in local units.
+    /// The same method with legs no longer than a length, in local units.
     pub const fn with_length(mut self, length: f64) -> Self {
         self.sampling = Sampling::Length(length);
         self
@@ -195,6 +196,30 @@ impl Scheme {
     pub const fn on_curve(mut self) -> Self {
         self.on_curve = true;
         self
+    }
+}
+
+impl Scheme {
+    /// Whether its numbers are numbers.
+    pub(crate) fn is_sound(self) -> bool {
+        match self.sampling {
+            Sampling::Levels(_) => true,
+            Sampling::Length(length) => !length.is_nan(),
+            Sampling::Adaptive { turn, length } => !turn.is_nan() && !length.is_some_and(f64::is_nan),
+        }
+    }
+
+    /// The same scheme with zeros instead of what is no number, which equals nothing, not even itself.
+    pub(crate) fn settled(self) -> Self {
+        let number = |x: f64| if x.is_nan() { 0.0 } else { x };
+        let sampling = match self.sampling {
+            Sampling::Levels(levels) => Sampling::Levels(levels.min(Self::MAX_LEVELS)),
+            Sampling::Length(length) => Sampling::Length(number(length)),
+            Sampling::Adaptive { turn, length } => {
+                Sampling::Adaptive { turn: number(turn), length: length.map(number) }
+            }
+        };
+        Self { sampling, ..self }
     }
 }
 
@@ -230,6 +255,15 @@ mod tests {
         assert_eq!([levels(0.0, 1.0), levels(f64::NAN, 1.0), levels(1.0, 0.0), levels(-1.0, 1.0)], [12, 12, 0, 12]);
         assert_eq!(Sampling::Levels(200).levels(1.0), Some(12));
         assert_eq!(Scheme::de_casteljau().adaptive().sampling.levels(1.0), None);
+    }
+
+    #[test]
+    fn what_is_no_number_is_zero() {
+        let odd =
+            Scheme { sampling: Sampling::Adaptive { turn: f64::NAN, length: Some(f64::NAN) }, ..Scheme::default() };
+        assert!(!odd.is_sound() && odd.settled().is_sound() && odd.settled() == odd.settled());
+        assert!(!Scheme::b_spline().with_length(f64::NAN).is_sound());
+        assert_eq!(Scheme::direct().with_levels(200).settled(), Scheme::direct().with_levels(12));
     }
 
     #[test]

@@ -161,7 +161,8 @@ fn subdivide(
 ) -> Result<(Vec<crate::surface::InnerPoint>, Sampled), TraceError> {
     let degree = legs.len();
     let longest = legs.iter().map(|leg| leg.length).fold(0.0, f64::max);
-    let levels = sampling.levels(longest).unwrap_or(0);
+    // The legs of a level with N intervals are up to degree / N times as long as those of the polygon.
+    let levels = sampling.levels(degree as f64 * longest).unwrap_or(0);
     let mut points = Vec::new();
     lane_riesenfeld::trace(averager, Knots::bezier(degree), &mut legs, levels, joined, &mut points)?;
     let intervals = 1_usize << levels;

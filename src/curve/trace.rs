@@ -212,7 +212,7 @@ impl Trace {
 
     /// Length along the trace, in local units.
     pub fn length(&self) -> f64 {
-        self.segments.iter().map(|s| s.length()).sum()
+        self.segments.iter().map(|s| s.length()).fold(0.0, |sum, length| sum + length)
     }
 
     /// Points and crossings of sides, as positions in order; points where segments meet appear once.

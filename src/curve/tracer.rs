@@ -26,6 +26,14 @@ pub enum TraceError {
         /// How many segments there are.
         segments: usize,
     },
+    /// There is no curve to be on.
+    #[error(
+        "the spline has no segments: give it more anchors (a B-spline has none below four control points, closed three)"
+    )]
+    NoSegments,
+    /// The spline cannot be converted.
+    #[error("the spline cannot be converted: {0}")]
+    Conversion(&'static str),
     /// The polygon has too few or too many points for the method.
     #[error("a polygon of {count} points is none of a {}: give 3 or 4 for a Bézier segment, at least 4 for a B-spline (3 for a quadratic one)", method.name())]
     Polygon {
@@ -172,7 +180,7 @@ impl Spline {
                     retraced.push(i as u32);
                     let mut averager = Averager { surface, finder: &mut workspace.finder };
                     let control = key.control.control(&mut averager, i, &mut chain)?;
-                    Arc::new(segment::trace(&mut averager, control, self.scheme, Some(key))?)
+                    Arc::new(segment::trace(&mut averager, control, key.scheme, Some(key))?)
                 }
             });
         }
@@ -228,13 +236,16 @@ impl Spline {
                 middle: anchor(0).middle.clone(),
             },
         };
-        SegmentKey { surface: surface.fingerprint(), control, scheme: self.scheme }
+        SegmentKey { surface: surface.fingerprint(), control, scheme: self.scheme.settled() }
     }
 }
 
 impl SplineT {
     /// Segment and local parameter of a spline of `segments` segments.
     pub(crate) fn locate(self, segments: usize) -> Result<(usize, f64), TraceError> {
+        if segments == 0 {
+            return Err(TraceError::NoSegments);
+        }
         let inside = (0.0..=segments as f64).contains(&self.0);
         let place = if inside { self.split(segments) } else { None };
         place.ok_or(TraceError::Parameter { t: self.0, segments })

@@ -177,6 +177,9 @@ pub enum EditError {
         /// The parameter.
         t: f64,
     },
+    /// A length or an angle of the scheme is not a number.
+    #[error("a length or an angle of the scheme is not a number: give numbers")]
+    BadScheme,
     /// The patch was made for another version of the spline.
     #[error("this restores another version of the spline: undo what came after it first")]
     OtherVersion,
@@ -206,7 +209,7 @@ pub enum EditError {
 impl Spline {
     /// Applies an edit and gives its inverse, which holds what was touched exactly as it was.
     ///
-    /// Cost: a few shortest paths and walks; nothing is traced. An insertion evaluates the curve at 33 places.
+    /// Cost: a few shortest paths and walks; nothing is traced. An insertion evaluates old and new curve at 33 places.
     ///
     /// # Errors
     /// [`EditError`] if the edit names an anchor or a place that is not there; the spline is then as it was.
@@ -240,6 +243,7 @@ impl Spline {
             SplineEdit::Reverse => next.reverse(surface)?,
             SplineEdit::Cut { anchor, keep } => next.cut(*anchor, *keep)?,
             SplineEdit::Join { end, other, at } => next.join(surface, finder, *end, other, *at)?,
+            SplineEdit::SetScheme(scheme) if !scheme.is_sound() => return Err(EditError::BadScheme),
             SplineEdit::SetScheme(scheme) => next.scheme = *scheme,
             SplineEdit::SetJumps(jumps) => next.jumps = *jumps,
             SplineEdit::Replace(spline) => {

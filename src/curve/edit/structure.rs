@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use super::{EditError, HandleSide, SplineEnd};
 use crate::curve::{Anchor, Handle, Join, Spline, handles};
-use crate::geodesic::{PathError, PathFinder, inner::InnerPath};
+use crate::geodesic::{PathError, PathFinder, inner::InnerPath, transport::angle_at};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
 /// Handles whose directions differ from opposite by less than this (radians) make a smooth anchor where two ends become one.
-const OPPOSITE: f64 = 1e-6;
+const OPPOSITE: f64 = 1e-9;
 
 impl Spline {
     pub(super) fn append(
@@ -258,18 +258,24 @@ impl Spline {
     }
 }
 
-/// The anchor that two ends in one place become: smooth if their handles are opposite, else a corner.
+/// The anchor that two ends in one place become: joined as both were where their handles allow it, smooth if they are
+/// opposite, else a corner.
 fn merged(surface: &Surface, end: &Anchor, start: &Anchor) -> Result<Anchor, EditError> {
     let mut out = start.clone();
-    out.join = Join::Corner;
     out.incoming = end.incoming.clone();
-    if handles::has_say(surface, &out.incoming) && handles::has_say(surface, &out.outgoing) {
+    out.join = Join::Corner;
+    if end.join == Join::Automatic && start.join == Join::Automatic {
+        out.join = Join::Automatic;
+    } else if handles::has_say(surface, &out.incoming) && handles::has_say(surface, &out.outgoing) {
         let at = surface.inner_point(&out.point)?;
         let [incoming, outgoing] =
             [surface.inner_tangent(&out.incoming.heading)?, surface.inner_tangent(&out.outgoing.heading)?];
-        let angle = crate::geodesic::transport::angle_at(surface, &at, &incoming, &outgoing);
+        let angle = angle_at(surface, &at, &incoming, &outgoing);
         if (angle.abs() - PI).abs() < OPPOSITE {
-            out.join = Join::Smooth;
+            let mirrored = end.join == Join::Mirrored
+                && start.join == Join::Mirrored
+                && out.incoming.wished_length == out.outgoing.wished_length;
+            out.join = if mirrored { Join::Mirrored } else { Join::Smooth };
         }
     }
     Ok(out)

@@ -214,6 +214,7 @@ fn c2_splines_pass_through_their_points() {
             assert!(torus.position(&found).distance(torus.position(p)) <= made.residual + 1e-7);
         }
     }
+    assert!(fell_back > 0, "points all over a torus are too far apart");
     println!("missed by up to {worst:.2e} mean edges; fell back {fell_back} of 20 times");
     let p = at(&flat, DVec3::new(0.5, 0.5, 0.0));
     assert!(Spline::c2_through(&flat, &mut finder, &[p, p], false).is_err());

@@ -59,6 +59,62 @@ fn opening_and_closing_leave_the_curve() {
 }
 
 #[test]
+fn closing_what_was_opened_keeps_the_join() {
+    let surface = built(&shapes::icosphere(4));
+    for join in [Join::Smooth, Join::Mirrored, Join::Automatic] {
+        let mut spline = four(&surface, true);
+        apply(&surface, &mut spline, &SplineEdit::SetJoin { anchor: 0, join });
+        let before = spline.clone();
+        apply(&surface, &mut spline, &SplineEdit::Open { anchor: 0 });
+        apply(&surface, &mut spline, &SplineEdit::Close);
+        assert_eq!(spline.anchors()[0].join(), join);
+        assert!(farthest(&sampled(&surface, &spline), &sampled(&surface, &before)) < 1e-9);
+    }
+}
+
+#[test]
+fn schemes_that_are_no_numbers_are_refused() {
+    let surface = built(&shapes::icosphere(2));
+    let mut finder = PathFinder::new();
+    let mut spline = four(&surface, true);
+    for scheme in [
+        Scheme::b_spline().with_length(f64::NAN),
+        Scheme { sampling: Sampling::Adaptive { turn: f64::NAN, length: None }, ..Scheme::default() },
+    ] {
+        assert_eq!(spline.apply(&surface, &mut finder, &SplineEdit::SetScheme(scheme)), Err(EditError::BadScheme));
+    }
+    // One that was made with them is traced, and need not be traced again.
+    let odd = spline
+        .with_scheme(Scheme { sampling: Sampling::Adaptive { turn: f64::NAN, length: None }, ..Scheme::default() });
+    let trace = odd.trace(&surface, &mut TraceWorkspace::default(), None).unwrap();
+    let again = odd.trace(&surface, &mut TraceWorkspace::default(), Some(&trace)).unwrap();
+    assert!(again.retraced().is_empty() && again == trace);
+}
+
+#[test]
+fn legs_are_no_longer_than_asked_for() {
+    let surface = built(&jittered_square(12));
+    let mut tracer = Tracer::new(&surface);
+    let mut random = Random(14);
+    for _ in 0..30 {
+        let polygon = [(); 5].map(|()| at(&surface, random.in_square()));
+        for length in [0.3, 0.05] {
+            for base in
+                [Scheme::de_casteljau(), Scheme::lane_riesenfeld(), Scheme::b_spline(), Scheme::quadratic_b_spline()]
+            {
+                let points = if base.method.is_b_spline() { &polygon[..] } else { &polygon[..4] };
+                for scheme in [base.with_length(length), base.with_length(length).on_curve()] {
+                    let trace = tracer.trace(points, &scheme).unwrap();
+                    let legs = trace.segments().iter().flat_map(|s| s.paths()).map(|path| path.length());
+                    let longest = legs.fold(0.0, f64::max);
+                    assert!(longest <= length * (1.0 + 1e-9), "{scheme:?} {longest}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn reversing_runs_the_curve_backwards() {
     let surface = built(&shapes::icosphere(4));
     for closed in [false, true] {
@@ -245,6 +301,29 @@ fn inserting_leaves_the_curve() {
     let at = |share: f64| relative[((relative.len() - 1) as f64 * share) as usize];
     println!("deviation: median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}", at(0.5), at(0.9), at(0.99), at(1.0));
     assert!(at(0.5) <= 1e-4 && at(0.99) <= 1e-2);
+}
+
+/// A segment as long as its surface is not kept by an insertion, and that is said.
+#[test]
+fn insertions_that_move_the_curve_say_so() {
+    let surface = built(&shapes::torus(2.0, 0.8, 60, 30));
+    let mut random = Random(70);
+    let mut workspace = TraceWorkspace::default();
+    let mut far = 0;
+    for _ in 0..40 {
+        let polygon = [(); 4].map(|()| at(&surface, 2.5 * random.on_sphere()));
+        let old = Spline::bezier(&surface, &mut workspace.finder, polygon).unwrap();
+        let made = old.insertion(&surface, &mut workspace.finder, SplineT(0.1 + 0.8 * random.next())).unwrap();
+        let fine = old.with_scheme(Scheme::de_casteljau().with_levels(8).on_curve());
+        let fine = fine.trace(&surface, &mut workspace, None).unwrap();
+        let off = (0..=40)
+            .map(|k| made.spline.evaluate(&surface, &mut workspace, SplineT(f64::from(k) / 20.0)).unwrap())
+            .map(|p| fine.nearest(&surface, surface.position(&p)).unwrap().distance)
+            .fold(0.0, f64::max);
+        far += usize::from(off > 0.01 * fine.length());
+        assert!(off < 0.01 * fine.length() || !made.is_close(), "{off} of {}: {}", fine.length(), made.deviation);
+    }
+    assert!(far >= 3, "{far}");
 }
 
 #[test]
