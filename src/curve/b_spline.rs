@@ -231,7 +231,9 @@ impl Spline {
             return Ok(fallen_back());
         }
         let mut controls = points.clone();
-        if !closed {
+        if closed {
+            controls.rotate_right(1); // the segment that begins at a point leans on the control point after its own number
+        } else {
             controls.insert(1, smooth.anchors[0].outgoing.point());
             controls.insert(points.len(), smooth.anchors[points.len() - 1].incoming.point());
         }

@@ -74,7 +74,11 @@ impl KeyControl {
                 let first = InnerPath::from_outer(surface, &legs[0])?;
                 let mut last = InnerPath::from_outer(surface, &legs[1])?;
                 last.reverse(surface);
-                let middle = match middle {
+                // A document may say anything: a leg that does not join the handles is searched.
+                let joins = |middle: &&GeodesicPath| {
+                    surface.same_place(&middle.start, &legs[0].end) && surface.same_place(&middle.end, &legs[1].end)
+                };
+                let middle = match middle.as_ref().filter(joins) {
                     Some(middle) => InnerPath::from_outer(surface, middle)?,
                     None => averager.leg(&first.end, &last.start)?,
                 };
