@@ -119,7 +119,7 @@ impl Spline {
         if self.closed {
             return Err(EditError::Closed);
         }
-        let last = self.anchors.len() - 1;
+        let last = self.anchors.len().checked_sub(1).ok_or(EditError::TooFewAnchors)?;
         if last > 0 && surface.same_place(&self.anchors[0].point, &self.anchors[last].point) {
             let end = self.anchors.remove(last);
             self.anchors[0] = merged(surface, &end, &self.anchors[0])?;
@@ -144,7 +144,7 @@ impl Spline {
         let middles: Vec<_> = middles.collect::<Result<_, _>>()?;
         let n = self.anchors.len();
         self.anchors.reverse();
-        if self.closed {
+        if self.closed && n > 0 {
             self.anchors.rotate_right(1);
         }
         for (i, anchor) in self.anchors.iter_mut().enumerate() {

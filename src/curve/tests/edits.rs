@@ -72,6 +72,41 @@ fn closing_what_was_opened_keeps_the_join() {
     }
 }
 
+/// No constructor makes such a spline, but a document may hold one.
+#[test]
+fn splines_without_anchors_are_no_reason_to_panic() {
+    let surface = built(&shapes::icosphere(2));
+    let p = at(&surface, DVec3::X);
+    for closed in [false, true] {
+        let mut empty = four(&surface, closed);
+        empty.anchors.clear();
+        for edit in [
+            SplineEdit::MoveAnchor { anchor: 0, to: p },
+            SplineEdit::Insert { at: SplineT(0.0) },
+            SplineEdit::Delete { anchor: 0 },
+            SplineEdit::SetJoin { anchor: 0, join: Join::Automatic },
+            SplineEdit::Straighten { segment: 0 },
+            SplineEdit::Close,
+            SplineEdit::Open { anchor: 0 },
+            SplineEdit::Reverse,
+            SplineEdit::Cut { anchor: 0, keep: SplineEnd::End },
+            SplineEdit::Join { end: SplineEnd::End, other: four(&surface, false), at: SplineEnd::Start },
+            SplineEdit::Append { end: SplineEnd::End, at: p },
+            SplineEdit::SetJumps(JumpPolicy::Sticky),
+            SplineEdit::SetScheme(Scheme::b_spline()),
+        ] {
+            // Whatever is said to it, it is said in words.
+            let mut spline = empty.clone();
+            if let Err(error) = spline.apply(&surface, &mut PathFinder::new(), &edit) {
+                assert!(spline == empty && !error.to_string().is_empty());
+            }
+            assert!(spline.trace(&surface, &mut TraceWorkspace::default(), None).is_ok());
+        }
+        let mut finder = PathFinder::new();
+        assert!(empty.to_bezier(&surface, &mut finder).is_err() && empty.to_b_spline(&surface, &mut finder).is_err());
+    }
+}
+
 #[test]
 fn schemes_that_are_no_numbers_are_refused() {
     let surface = built(&shapes::icosphere(2));

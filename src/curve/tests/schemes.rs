@@ -5,6 +5,18 @@ use glam::DVec3;
 use super::*;
 use crate::curve::*;
 
+/// Whether the curve of a polygon is an expected one, under both schemes.
+fn follows(surface: &Surface, points: &[SurfacePoint], expected: impl Fn(f64) -> DVec3, within: f64) {
+    let mut tracer = Tracer::new(surface);
+    for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
+        for k in 0..=20 {
+            let t = f64::from(k) / 20.0;
+            let found = surface.position(&tracer.evaluate(points, &scheme, t).unwrap());
+            assert!(found.distance(expected(t)) < within, "{scheme:?} {t}");
+        }
+    }
+}
+
 #[test]
 fn cylinder_is_the_rolled_up_plane() {
     let segments = 48;
@@ -21,14 +33,7 @@ fn cylinder_is_the_rolled_up_plane() {
     };
     let polygon = [(0.3, 0.4), (1.1, 2.6), (2.2, 0.2), (2.7, 2.4)].map(|(x, y)| DVec3::new(x, y, 0.0));
     let points = polygon.map(|p| at(&surface, roll(p)));
-    let mut tracer = Tracer::new(&surface);
-    for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
-        for k in 0..=20 {
-            let t = f64::from(k) / 20.0;
-            let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
-            assert!(found.distance(roll(bezier(polygon, t))) < 1e-11, "{scheme:?} {t}");
-        }
-    }
+    follows(&surface, &points, |t| roll(bezier(polygon, t)), 1e-11);
 }
 
 #[test]
@@ -51,14 +56,7 @@ fn cone_is_the_rolled_up_sector() {
     let polygon = [(2.0, 0.1), (4.6, 0.5), (3.0, 1.2), (4.8, 1.6)]
         .map(|(r, a): (f64, f64)| DVec3::new(r * a.cos(), r * a.sin(), 0.0));
     let points = polygon.map(|p| at(&surface, roll(p)));
-    let mut tracer = Tracer::new(&surface);
-    for scheme in [Scheme::de_casteljau(), Scheme::lane_riesenfeld()] {
-        for k in 0..=20 {
-            let t = f64::from(k) / 20.0;
-            let found = surface.position(&tracer.evaluate(&points, &scheme, t).unwrap());
-            assert!(found.distance(roll(bezier(polygon, t))) < 1e-10, "{scheme:?} {t}");
-        }
-    }
+    follows(&surface, &points, |t| roll(bezier(polygon, t)), 1e-10);
 }
 
 #[test]
