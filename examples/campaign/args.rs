@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use bevy_surface_splines::geodesic::PathQuality;
+
 use crate::scheme::{self, NamedScheme};
 
 const USAGE: &str = "\
@@ -16,6 +18,7 @@ usage: campaign MESH_OR_DIR... [options]
   --random N             N random polygons a mesh, seen from one side (100 if no cases and no pairs are given)
   --seed S               seed of the random polygons (default 1)
   --schemes A,B,…        from the list below; default rdc,olr
+  --quality Q            how hard paths are looked for: fast, default or best
   --threads T            worker threads (default 1)
   --timeout SECONDS      CPU time after which a case counts as failed (default 60), of the schemes for comparison as timed
                          out; at ten (for comparison: a hundred) times that the run is given up
@@ -47,6 +50,7 @@ pub(crate) struct Args {
     pub(crate) random: usize,
     pub(crate) seed: u64,
     pub(crate) schemes: Vec<NamedScheme>,
+    pub(crate) quality: PathQuality,
     pub(crate) threads: usize,
     pub(crate) timeout_s: f64,
     pub(crate) csv: Option<PathBuf>,
@@ -84,6 +88,7 @@ impl Args {
             random: 0,
             seed: 1,
             schemes: scheme::DEFAULT.to_vec(),
+            quality: PathQuality::Default,
             threads: 1,
             timeout_s: 60.0,
             csv: None,
@@ -111,6 +116,7 @@ impl Args {
                 "--threads" => {
                     args.threads = number::<usize>(&argument, value()?, "a number of threads")?.clamp(1, 1024);
                 }
+                "--quality" => args.quality = quality(&argument, value()?)?,
                 "--timeout" => args.timeout_s = seconds(&argument, value()?)?,
                 "--schemes" => args.schemes = schemes(&value()?)?,
                 "--hash" => args.hash = true,
@@ -125,12 +131,22 @@ impl Args {
         if args.cases.is_none() && args.pairs.is_none() && !asked_random {
             args.random = 100;
         }
+        args.schemes.iter_mut().for_each(|named| named.scheme.quality = args.quality);
         Ok(Some(args))
     }
 }
 
 fn number<T: std::str::FromStr>(option: &str, value: String, expected: &'static str) -> Result<T, ArgsError> {
     value.parse().map_err(|_| ArgsError::Bad { option: option.to_owned(), value, expected })
+}
+
+fn quality(option: &str, value: String) -> Result<PathQuality, ArgsError> {
+    match value.as_str() {
+        "fast" => Ok(PathQuality::Fast),
+        "default" => Ok(PathQuality::Default),
+        "best" => Ok(PathQuality::Best),
+        _ => Err(ArgsError::Bad { option: option.to_owned(), value, expected: "fast, default or best" }),
+    }
 }
 
 fn seconds(option: &str, value: String) -> Result<f64, ArgsError> {
@@ -173,6 +189,9 @@ mod tests {
         assert_eq!(parse("--hash"), Err(ArgsError::NoMesh));
         assert_eq!(parse("m --seed"), Err(ArgsError::NoValue("--seed".into())));
         assert_eq!(parse("m --sed 3"), Err(ArgsError::Unknown("--sed".into())));
+        let args = parse("a.ply --quality best --schemes olr").unwrap().unwrap();
+        assert_eq!((args.quality, args.schemes[0].scheme.quality), (PathQuality::Best, PathQuality::Best));
+        assert!(matches!(parse("m --quality good"), Err(ArgsError::Bad { .. })));
         assert!(matches!(parse("m --timeout nan"), Err(ArgsError::Bad { .. })));
         let unknown = parse("m --schemes rdc,rdc-adaptiv").unwrap_err().to_string();
         assert!(unknown.starts_with("unknown scheme \"rdc-adaptiv\": known are rdc, olr, rdc-adaptive, "), "{unknown}");

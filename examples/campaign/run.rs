@@ -25,7 +25,7 @@ pub(crate) fn run(mesh: &Prepared, args: &Args) -> Vec<Outcome> {
     if let Some(seed) = args.shuffle {
         SplitMix64::new(seed).shuffle(&mut order);
     }
-    let rules = Rules { schemes: &args.schemes, timeout_s: args.timeout_s, fresh: args.fresh };
+    let rules = Rules { schemes: &args.schemes, quality: args.quality, timeout_s: args.timeout_s, fresh: args.fresh };
     let done: Mutex<Vec<Option<Outcome>>> = Mutex::new(vec![None; jobs.len()]);
     let next = AtomicUsize::new(0);
     let threads = args.threads.min(jobs.len()).max(1);

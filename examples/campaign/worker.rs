@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use bevy_surface_splines::{
     curve::Tracer,
-    geodesic::PathFinder,
+    geodesic::{PathFinder, PathQuality},
     surface::{FaceId, PointError, Surface, SurfacePoint},
 };
 
@@ -22,6 +22,8 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rules<'a> {
     pub(crate) schemes: &'a [NamedScheme],
+    /// Of paths between pairs; schemes have their own.
+    pub(crate) quality: PathQuality,
     pub(crate) timeout_s: f64,
     /// A fresh workspace for every case.
     pub(crate) fresh: bool,
@@ -121,7 +123,7 @@ impl<'a> Worker<'a> {
         };
         let finder = self.finder.get_or_insert_with(PathFinder::new);
         let clock = CpuClock::start();
-        let found = finder.shortest(surface, &from, &to);
+        let found = finder.shortest_with_quality(surface, &from, &to, self.rules.quality);
         outcome.ms = clock.ms();
         let path = match found {
             Ok(path) => path,

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use glam::DVec2;
 
 use crate::geodesic::{
-    PathError, PathFinder,
+    PathError, PathFinder, PathQuality,
     chain::turn_into,
     inner::InnerPath,
     tangent::InnerTangent,
@@ -23,6 +23,8 @@ const GENTLE_TURN: f64 = FRAC_PI_4;
 pub(crate) struct Averager<'a> {
     pub(crate) surface: &'a Surface,
     pub(crate) finder: &'a mut PathFinder,
+    /// Of the legs that are searched.
+    pub(crate) quality: PathQuality,
 }
 
 /// A stretch of a leg, between two shares of its length.
@@ -43,7 +45,7 @@ impl Averager<'_> {
     /// The shortest path between two points.
     pub(crate) fn leg(&mut self, from: &InnerPoint, to: &InnerPoint) -> Result<InnerPath, PathError> {
         let mut leg = InnerPath::default();
-        self.finder.shortest_inner(self.surface, from, to, &mut leg)?;
+        self.finder.shortest_inner(self.surface, from, to, self.quality, &mut leg)?;
         Ok(leg)
     }
 

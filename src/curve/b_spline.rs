@@ -114,7 +114,7 @@ impl Spline {
         if count == 0 {
             return Err(TraceError::NoSegments);
         }
-        let mut averager = Averager { surface, finder };
+        let mut averager = Averager { surface, finder, quality: self.scheme.quality };
         let mut anchors = Vec::with_capacity(count + 1);
         let mut incoming: Option<InnerPath> = None;
         for i in 0..count {
@@ -169,7 +169,7 @@ impl Spline {
         if count == 0 {
             return Err(TraceError::NoSegments);
         }
-        let mut averager = Averager { surface, finder };
+        let mut averager = Averager { surface, finder, quality: self.scheme.quality };
         let knots = Knots { degree: 3, intervals: count, periodic: self.closed };
         // Control point k as seen from the interval that ends behind it, and from the next.
         let m = if self.closed { count } else { count + 3 };
@@ -238,7 +238,7 @@ impl Spline {
             controls.insert(points.len(), smooth.anchors[points.len() - 1].incoming.point());
         }
         let mut spline = Self::b_spline(surface, &controls, closed)?;
-        let mut averager = Averager { surface, finder };
+        let mut averager = Averager { surface, finder, quality: spline.scheme.quality };
         let good = REACHED * surface.diagonal();
         let mut best: Option<Interpolation> = None;
         let mut since = 0;

@@ -4,7 +4,7 @@ use super::{
     SplineT, Trace,
     average::{Averager, Span},
 };
-use crate::geodesic::{PathFinder, inner::InnerPath};
+use crate::geodesic::{PathFinder, PathQuality, inner::InnerPath};
 use crate::surface::Surface;
 
 impl Trace {
@@ -47,7 +47,7 @@ impl Trace {
             surface.inner_point(&self.at_distance(surface, d)?).ok()
         };
         let [a, b, c] = [place(middle - step)?, place(middle)?, place(middle + step)?];
-        let mut averager = Averager { surface, finder };
+        let mut averager = Averager { surface, finder, quality: PathQuality::Default };
         let [into, out]: [InnerPath; 2] = [averager.leg(&a, &b).ok()?, averager.leg(&b, &c).ok()?];
         let turn = averager.turn(Span::new(&into, 0.0, 1.0), Span::new(&out, 0.0, 1.0));
         let ways = into.length + out.length;

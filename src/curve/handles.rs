@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::{Anchor, Handle, Join, Spline};
 use crate::geodesic::{
-    GeodesicPath, PathError, PathFinder, Tangent,
+    GeodesicPath, PathError, PathFinder, PathQuality, Tangent,
     inner::InnerPath,
     tangent::{InnerTangent, turn_at, unit},
     transport::{angle_at, initial_direction, transport},
@@ -46,7 +46,13 @@ pub(crate) fn towards(
     to: &SurfacePoint,
 ) -> Result<Handle, PathError> {
     let mut leg = InnerPath::default();
-    finder.shortest_inner(surface, &surface.inner_point(anchor)?, &surface.inner_point(to)?, &mut leg)?;
+    finder.shortest_inner(
+        surface,
+        &surface.inner_point(anchor)?,
+        &surface.inner_point(to)?,
+        PathQuality::Default,
+        &mut leg,
+    )?;
     Ok(along(surface, &leg))
 }
 
@@ -131,7 +137,7 @@ pub(crate) fn place_automatic(
         let Some(neighbour) = neighbour else { return Ok(None) };
         let mut leg = InnerPath::default();
         let goal = surface.inner_point(&spline.anchors[neighbour].point)?;
-        finder.shortest_inner(surface, &at, &goal, &mut leg)?;
+        finder.shortest_inner(surface, &at, &goal, PathQuality::Default, &mut leg)?;
         let length = leg.length;
         Ok((length > 0.0).then(|| (initial_direction(surface, &leg), length)))
     };

@@ -1,5 +1,7 @@
 //! How a control polygon becomes a curve, and how finely the curve is traced.
 
+use crate::geodesic::PathQuality;
+
 /// What curve a control polygon stands for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
@@ -120,6 +122,9 @@ pub struct Scheme {
     /// nearer to the curve: by a quarter with as many points of Lane–Riesenfeld, by two fifths with two thirds of the points
     /// of recursive de Casteljau.
     pub on_curve: bool,
+    /// How hard the legs between control points, and between points made of them, are looked for.
+    #[cfg_attr(feature = "document", serde(default))]
+    pub quality: PathQuality,
 }
 
 impl Scheme {
@@ -129,7 +134,7 @@ impl Scheme {
     pub const TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
     const fn new(method: Method, levels: u8) -> Self {
-        Self { method, sampling: Sampling::Levels(levels), on_curve: false }
+        Self { method, sampling: Sampling::Levels(levels), on_curve: false, quality: PathQuality::Default }
     }
 
     /// Recursive de Casteljau with four levels (48 legs).
@@ -195,6 +200,12 @@ impl Scheme {
     /// The same method with all points of the trace on the curve.
     pub const fn on_curve(mut self) -> Self {
         self.on_curve = true;
+        self
+    }
+
+    /// The same method with legs of a quality.
+    pub const fn with_quality(mut self, quality: PathQuality) -> Self {
+        self.quality = quality;
         self
     }
 }

@@ -93,7 +93,8 @@ impl<'s> Tracer<'s> {
     /// # Errors
     /// [`TraceError`] if control points cannot be joined or do not belong to the surface, or are too few or too many.
     pub fn trace(&mut self, polygon: &[SurfacePoint], scheme: &Scheme) -> Result<Trace, TraceError> {
-        let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
+        let mut averager =
+            Averager { surface: self.surface, finder: &mut self.workspace.finder, quality: scheme.quality };
         let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
         let traced = controls.into_iter().map(|control| segment::trace(&mut averager, control, *scheme, None));
         let segments: Vec<_> = traced.map(|segment| segment.map(Arc::new)).collect::<Result<_, _>>()?;
@@ -111,7 +112,8 @@ impl<'s> Tracer<'s> {
         scheme: &Scheme,
         out: &mut Vec<SurfacePoint>,
     ) -> Result<(), TraceError> {
-        let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
+        let mut averager =
+            Averager { surface: self.surface, finder: &mut self.workspace.finder, quality: scheme.quality };
         let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
         out.clear();
         for control in controls {
@@ -134,7 +136,8 @@ impl<'s> Tracer<'s> {
     /// # Errors
     /// As [`evaluate`](Self::evaluate).
     pub fn curve_point(&mut self, polygon: &[SurfacePoint], scheme: &Scheme, t: f64) -> Result<CurvePoint, TraceError> {
-        let mut averager = Averager { surface: self.surface, finder: &mut self.workspace.finder };
+        let mut averager =
+            Averager { surface: self.surface, finder: &mut self.workspace.finder, quality: scheme.quality };
         let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
         let (segment, local) = SplineT(t).locate(controls.len())?;
         segment::curve_point(&mut averager, &controls[segment], *scheme, local)
@@ -178,7 +181,8 @@ impl Spline {
                 Some(segment) => Arc::clone(segment),
                 None => {
                     retraced.push(i as u32);
-                    let mut averager = Averager { surface, finder: &mut workspace.finder };
+                    let mut averager =
+                        Averager { surface, finder: &mut workspace.finder, quality: self.scheme.quality };
                     let control = key.control.control(&mut averager, i, &mut chain)?;
                     Arc::new(segment::trace(&mut averager, control, key.scheme, Some(key))?)
                 }
@@ -212,7 +216,7 @@ impl Spline {
         t: SplineT,
     ) -> Result<CurvePoint, TraceError> {
         let (segment, local) = t.locate(self.segment_count())?;
-        let mut averager = Averager { surface, finder: &mut workspace.finder };
+        let mut averager = Averager { surface, finder: &mut workspace.finder, quality: self.scheme.quality };
         let control = self.control(&mut averager, segment)?;
         segment::curve_point(&mut averager, &control, self.scheme, local)
     }

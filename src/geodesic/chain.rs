@@ -1,6 +1,6 @@
 //! Paths one after the other, pulled taut: what a path becomes when one of its ends is led along another.
 
-use super::{GeodesicPath, PathError, PathFinder, inner::InnerPath};
+use super::{GeodesicPath, PathError, PathFinder, PathQuality, inner::InnerPath};
 use crate::surface::{HalfEdge, InnerPoint, Surface, SurfacePoint, Zeros};
 
 impl PathFinder {
@@ -36,7 +36,7 @@ impl PathFinder {
     ) -> Result<GeodesicPath, PathError> {
         let first = InnerPath::from_outer(surface, path)?;
         let mut second = InnerPath::default();
-        self.shortest_inner(surface, &first.end, &surface.inner_point(to)?, &mut second)?;
+        self.shortest_inner(surface, &first.end, &surface.inner_point(to)?, PathQuality::Default, &mut second)?;
         Ok(self.chained(surface, &[&first, &second])?.to_outer(surface))
     }
 
@@ -49,7 +49,7 @@ impl PathFinder {
         let mut strip = first.strip.clone();
         for pair in pieces.windows(2) {
             if !turn_into(surface, &pair[0].end, pair[1].start.face, &mut strip) {
-                self.shortest_inner(surface, &first.start, &last.end, &mut out)?;
+                self.shortest_inner(surface, &first.start, &last.end, PathQuality::Default, &mut out)?;
                 return Ok(out);
             }
             strip.extend_from_slice(&pair[1].strip);

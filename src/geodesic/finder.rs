@@ -1,7 +1,7 @@
 //! Shortest paths: search a strip, straighten it.
 
 use super::{
-    GeodesicPath,
+    GeodesicPath, PathQuality,
     inner::InnerPath,
     search::Search,
     straighten::{Straightener, order},
@@ -69,9 +69,23 @@ impl PathFinder {
         from: &SurfacePoint,
         to: &SurfacePoint,
     ) -> Result<GeodesicPath, PathError> {
+        self.shortest_with_quality(surface, from, to, PathQuality::Default)
+    }
+
+    /// [`shortest`](Self::shortest) of a quality.
+    ///
+    /// # Errors
+    /// As [`shortest`](Self::shortest).
+    pub fn shortest_with_quality(
+        &mut self,
+        surface: &Surface,
+        from: &SurfacePoint,
+        to: &SurfacePoint,
+        quality: PathQuality,
+    ) -> Result<GeodesicPath, PathError> {
         let (from, to) = (surface.inner_point(from)?, surface.inner_point(to)?);
         let mut path = std::mem::take(&mut self.path);
-        let found = self.shortest_inner(surface, &from, &to, &mut path);
+        let found = self.shortest_inner(surface, &from, &to, quality, &mut path);
         let result = found.map(|()| path.to_outer(surface));
         self.path = path;
         result
@@ -83,8 +97,10 @@ impl PathFinder {
         surface: &Surface,
         from: &InnerPoint,
         to: &InnerPoint,
+        quality: PathQuality,
         out: &mut InnerPath,
     ) -> Result<(), PathError> {
+        let _ = quality;
         let sheet = |p: &InnerPoint| surface.sheet[p.face as usize];
         if sheet(from) != sheet(to) {
             return Err(no_path(surface, from, to));

@@ -8,6 +8,7 @@ mod finder;
 mod funnel;
 pub(crate) mod inner;
 mod path;
+mod quality;
 mod search;
 mod straighten;
 pub(crate) mod tangent;
@@ -16,5 +17,6 @@ pub(crate) mod walk;
 
 pub use finder::{PathError, PathFinder};
 pub use path::{Crossing, GeodesicPath, PathSegment};
+pub use quality::PathQuality;
 pub use tangent::Tangent;
 pub use walk::{Walk, WalkStop};

@@ -58,7 +58,7 @@ impl Spline {
     /// [`EditError::AtAnchor`] where there is an anchor, [`EditError::Trace`] outside the spline.
     pub fn insertion(&self, surface: &Surface, finder: &mut PathFinder, at: SplineT) -> Result<Insertion, EditError> {
         let (segment, t) = at.locate(self.segment_count())?;
-        let mut averager = Averager { surface, finder };
+        let mut averager = Averager { surface, finder, quality: self.scheme.quality };
         let old = self.control(&mut averager, segment)?;
         if self.scheme.method.is_b_spline() {
             return self.with_control_point(&mut averager, &old, segment, t);

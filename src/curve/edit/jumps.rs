@@ -5,7 +5,7 @@
 
 use super::{EditError, HandleSide};
 use crate::curve::Spline;
-use crate::geodesic::{PathError, PathFinder, inner::InnerPath};
+use crate::geodesic::{PathError, PathFinder, PathQuality, inner::InnerPath};
 use crate::surface::{PointError, Surface};
 
 /// What happens where moving a control point makes another way the shortest between two handles.
@@ -168,7 +168,13 @@ impl Spline {
                 let next = (i + 1) % spline.anchors.len();
                 let [from, to] = [spline.anchors[i].outgoing.point(), spline.anchors[next].incoming.point()];
                 let mut path = InnerPath::default();
-                finder.shortest_inner(surface, &surface.inner_point(&from)?, &surface.inner_point(&to)?, &mut path)?;
+                finder.shortest_inner(
+                    surface,
+                    &surface.inner_point(&from)?,
+                    &surface.inner_point(&to)?,
+                    PathQuality::Default,
+                    &mut path,
+                )?;
                 Ok(path)
             };
             let old = search(finder, before)?;

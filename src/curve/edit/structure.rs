@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{EditError, HandleSide, SplineEnd};
 use crate::curve::{Anchor, Handle, Join, Spline, handles};
-use crate::geodesic::{PathError, PathFinder, inner::InnerPath, transport::angle_at};
+use crate::geodesic::{PathError, PathFinder, PathQuality, inner::InnerPath, transport::angle_at};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
 /// Handles whose directions differ from opposite by less than this (radians) make a smooth anchor where two ends become one.
@@ -102,7 +102,7 @@ impl Spline {
         let [i, j] = self.segment_anchors(segment)?;
         let (from, to) = (surface.inner_point(&self.anchors[i].point)?, surface.inner_point(&self.anchors[j].point)?);
         let mut path = InnerPath::default();
-        finder.shortest_inner(surface, &from, &to, &mut path)?;
+        finder.shortest_inner(surface, &from, &to, PathQuality::Default, &mut path)?;
         let third = 1.0 / 3.0;
         self.anchors[i].outgoing = handles::along(surface, &path.piece(surface, 0.0, third));
         self.anchors[i].middle = Some(path.piece(surface, third, 2.0 * third).to_outer(surface));

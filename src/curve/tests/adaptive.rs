@@ -7,7 +7,7 @@ use crate::geodesic::inner::InnerPath;
 /// The largest turn between consecutive paths of a segment.
 fn largest_turn(surface: &Surface, segment: &SegmentTrace) -> f64 {
     let mut finder = PathFinder::new();
-    let averager = average::Averager { surface, finder: &mut finder };
+    let averager = average::Averager { surface, finder: &mut finder, quality: PathQuality::Default };
     let legs: Vec<_> = segment.paths().iter().map(|p| InnerPath::from_outer(surface, p).unwrap()).collect();
     let whole = |leg| average::Span::new(leg, 0.0, 1.0);
     legs.windows(2).map(|w| averager.turn(whole(&w[0]), whole(&w[1])).abs()).fold(0.0, f64::max)
@@ -96,7 +96,11 @@ fn segments_meet_straight_enough_and_in_one_place() {
                     assert!(p.distance(q) < 1e-12, "{:?}: {}", spline.scheme(), p.distance(q));
                     if matches!(spline.scheme().sampling, Sampling::Adaptive { .. }) {
                         let [a, b] = [end, start].map(|p| InnerPath::from_outer(&surface, &p).unwrap());
-                        let averager = average::Averager { surface: &surface, finder: &mut workspace.finder };
+                        let averager = average::Averager {
+                            surface: &surface,
+                            finder: &mut workspace.finder,
+                            quality: PathQuality::Default,
+                        };
                         let turn = piece::leg_turn(&averager, &a, &b).to_degrees();
                         assert!(turn <= 5.0 + 1e-9, "{:?}: {turn}°", spline.scheme());
                     }

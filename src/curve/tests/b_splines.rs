@@ -15,7 +15,7 @@ fn plane_spline(surface: &Surface, random: &mut Random, count: usize, closed: bo
 /// Curvature just before and just behind a knot, by the curve's own second derivative.
 fn curvatures_at_knot(surface: &Surface, spline: &Spline, knot: usize) -> [f64; 2] {
     let mut finder = PathFinder::new();
-    let mut averager = average::Averager { surface, finder: &mut finder };
+    let mut averager = average::Averager { surface, finder: &mut finder, quality: PathQuality::Default };
     let n = spline.segment_count();
     [(knot + n - 1) % n, knot % n].map(|segment| {
         let control = spline.control(&mut averager, segment).unwrap();

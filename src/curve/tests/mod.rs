@@ -14,7 +14,7 @@ mod splines;
 use glam::DVec3;
 
 use super::Spline;
-use crate::geodesic::PathFinder;
+use crate::geodesic::{PathFinder, PathQuality};
 use crate::surface::{Surface, SurfaceOptions, SurfacePoint, TriangleMesh, shapes};
 
 pub(super) fn built(mesh: &TriangleMesh) -> Surface {

@@ -68,7 +68,7 @@ fn over_a_corner_of_the_cube_pieces_meet_smoothly() {
     let segment = &trace.segments()[0];
     // Where two pieces meet, the legs on both sides are halves of one geodesic: no turn in any unfolding.
     let mut finder = PathFinder::new();
-    let averager = average::Averager { surface: &surface, finder: &mut finder };
+    let averager = average::Averager { surface: &surface, finder: &mut finder, quality: PathQuality::Default };
     let legs: Vec<_> =
         segment.paths().iter().map(|p| crate::geodesic::inner::InnerPath::from_outer(&surface, p).unwrap()).collect();
     for pair in legs.windows(2).skip(2).step_by(3) {

@@ -1,0 +1,23 @@
+//! How hard a path is looked for.
+
+/// How hard a shortest path is looked for: how often, and by how much, it may be longer than the shortest of all.
+///
+/// Whatever the quality, a path is locally shortest: it is straight, and nothing near it is shorter. On curved models several
+/// such paths may join two points, and the qualities differ in which of them is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
+pub enum PathQuality {
+    /// One rough guess, straightened: for previews.
+    Fast,
+    /// An any-angle search of all that could be shorter.
+    #[default]
+    Default,
+    /// Searches in both directions, of which the shorter path is kept.
+    Best,
+}
+
+impl PathQuality {
+    /// All qualities, from fast to good.
+    pub const ALL: [Self; 3] = [Self::Fast, Self::Default, Self::Best];
+}
