@@ -3,7 +3,7 @@
 use crate::surface::HalfEdge;
 
 /// Places in a page.
-const PAGE: usize = 1024;
+const PAGE: usize = 256;
 
 /// How a side was reached.
 #[derive(Clone, Copy, Debug, Default)]
