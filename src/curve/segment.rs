@@ -5,12 +5,12 @@ use super::{
     average::Averager,
     casteljau::Legs,
     comparison,
-    lane_riesenfeld::{self, Interval, Knots},
+    lane_riesenfeld::{self, Interval, Knots, Levels},
     piece::{self, Control, Spot},
     sample::{self, Sampled},
 };
 use crate::geodesic::{GeodesicPath, inner::InnerPath};
-use crate::surface::SurfacePoint;
+use crate::surface::{InnerPoint, SurfacePoint};
 
 /// What a segment's trace depends on: two equal keys have one trace, bit for bit.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +92,13 @@ impl KeyControl {
     }
 }
 
+/// Scratch memory of tracing a segment.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    levels: Levels,
+    points: Vec<InnerPoint>,
+}
+
 /// Searches the legs of a Bézier polygon.
 pub(crate) fn search_legs(averager: &mut Averager<'_>, polygon: &[SurfacePoint]) -> Result<Legs, TraceError> {
     let points = polygon.iter().map(|p| averager.surface.inner_point(p)).collect::<Result<Vec<_>, _>>()?;
@@ -111,6 +118,7 @@ fn understood(control: Control, method: Method) -> Control {
 /// Traces a segment.
 pub(crate) fn trace(
     averager: &mut Averager<'_>,
+    scratch: &mut Scratch,
     control: Control,
     scheme: Scheme,
     key: Option<SegmentKey>,
@@ -120,7 +128,9 @@ pub(crate) fn trace(
             comparison::sample(averager, &legs, scheme.method, scheme.sampling)?
         }
         Control::Bezier(legs) if subdivides_whole(scheme) => {
-            (subdivide(averager, legs, scheme.sampling, true)?.1, Vec::new())
+            let knots = subdivide(averager, scratch, &legs, scheme.sampling, true)?;
+            let parameters = (0..scratch.points.len()).map(|i| knots.greville(i) / knots.intervals as f64).collect();
+            (Sampled { paths: scratch.levels.legs.to_vec(), parameters, bound: None }, Vec::new())
         }
         control => {
             let control = understood(control, scheme.method);
@@ -133,6 +143,7 @@ pub(crate) fn trace(
 /// The points of a segment's trace alone.
 pub(crate) fn trace_points(
     averager: &mut Averager<'_>,
+    scratch: &mut Scratch,
     control: Control,
     scheme: Scheme,
     out: &mut Vec<SurfacePoint>,
@@ -140,11 +151,11 @@ pub(crate) fn trace_points(
     let surface = averager.surface;
     match control {
         Control::Bezier(legs) if subdivides_whole(scheme) => {
-            let points = subdivide(averager, legs, scheme.sampling, false)?.0;
-            out.extend(points.iter().map(|p| surface.outer_point(p)));
+            subdivide(averager, scratch, &legs, scheme.sampling, false)?;
+            out.extend(scratch.points.iter().map(|p| surface.outer_point(p)));
         }
         control => {
-            let segment = trace(averager, control, scheme, None)?;
+            let segment = trace(averager, scratch, control, scheme, None)?;
             out.extend(segment.points());
         }
     }
@@ -157,22 +168,23 @@ fn subdivides_whole(scheme: Scheme) -> bool {
     scheme.method == Method::LaneRiesenfeld && even && !scheme.on_curve
 }
 
+/// Subdivides a polygon; `scratch` then holds the points, and the legs between them if `joined`.
 fn subdivide(
     averager: &mut Averager<'_>,
-    mut legs: Legs,
+    scratch: &mut Scratch,
+    polygon: &[InnerPath],
     sampling: Sampling,
     joined: bool,
-) -> Result<(Vec<crate::surface::InnerPoint>, Sampled), TraceError> {
-    let degree = legs.len();
-    let longest = legs.iter().map(|leg| leg.length).fold(0.0, f64::max);
+) -> Result<Knots, TraceError> {
+    let degree = polygon.len();
+    let longest = polygon.iter().map(|leg| leg.length).fold(0.0, f64::max);
     // The legs of a level with N intervals are up to degree / N times as long as those of the polygon.
     let levels = sampling.levels(degree as f64 * longest).unwrap_or(0);
-    let mut points = Vec::new();
-    lane_riesenfeld::trace(averager, Knots::bezier(degree), &mut legs, levels, joined, &mut points)?;
-    let intervals = 1_usize << levels;
-    let knots = Knots { intervals, ..Knots::bezier(degree) };
-    let parameters = (0..points.len()).map(|i| knots.greville(i) / intervals as f64).collect();
-    Ok((points, Sampled { paths: legs, parameters, bound: None }))
+    scratch.levels.legs.clear();
+    scratch.levels.legs.extend_from(polygon);
+    let knots = Knots::bezier(degree);
+    lane_riesenfeld::trace(averager, &mut scratch.levels, knots, levels, joined, &mut scratch.points)?;
+    Ok(Knots { intervals: 1 << levels, ..knots })
 }
 
 /// The curve's point at a local parameter.

@@ -7,7 +7,7 @@ use super::{
     average::Averager,
     lane_riesenfeld::Knots,
     piece::Control,
-    segment::{self, ChainLegs, KeyControl, SegmentKey},
+    segment::{self, ChainLegs, KeyControl, Scratch, SegmentKey},
 };
 use crate::geodesic::{PathError, PathFinder, Tangent};
 use crate::surface::{PointError, Surface, SurfacePoint};
@@ -55,6 +55,7 @@ impl From<PointError> for TraceError {
 pub struct TraceWorkspace {
     /// The path finder inside, free for queries of one's own.
     pub finder: PathFinder,
+    pub(crate) scratch: Scratch,
 }
 
 /// Traces control polygons on one surface.
@@ -96,7 +97,8 @@ impl<'s> Tracer<'s> {
         let mut averager =
             Averager { surface: self.surface, finder: &mut self.workspace.finder, quality: scheme.quality };
         let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
-        let traced = controls.into_iter().map(|control| segment::trace(&mut averager, control, *scheme, None));
+        let scratch = &mut self.workspace.scratch;
+        let traced = controls.into_iter().map(|control| segment::trace(&mut averager, scratch, control, *scheme, None));
         let segments: Vec<_> = traced.map(|segment| segment.map(Arc::new)).collect::<Result<_, _>>()?;
         let retraced = (0..segments.len() as u32).collect();
         Ok(Trace::new(segments, retraced))
@@ -118,7 +120,7 @@ impl<'s> Tracer<'s> {
         out.clear();
         for control in controls {
             out.truncate(out.len().saturating_sub(1)); // the next segment begins with the last one's end
-            segment::trace_points(&mut averager, control, *scheme, out)?;
+            segment::trace_points(&mut averager, &mut self.workspace.scratch, control, *scheme, out)?;
         }
         Ok(())
     }
@@ -184,7 +186,7 @@ impl Spline {
                     let mut averager =
                         Averager { surface, finder: &mut workspace.finder, quality: self.scheme.quality };
                     let control = key.control.control(&mut averager, i, &mut chain)?;
-                    Arc::new(segment::trace(&mut averager, control, key.scheme, Some(key))?)
+                    Arc::new(segment::trace(&mut averager, &mut workspace.scratch, control, key.scheme, Some(key))?)
                 }
             });
         }

@@ -43,6 +43,8 @@ pub struct PathFinder {
     search: Search,
     straightener: Straightener,
     strip: Vec<HalfEdge>,
+    /// To build strips to continue in.
+    spare_strip: Vec<HalfEdge>,
     path: InnerPath,
 }
 
@@ -126,6 +128,18 @@ impl PathFinder {
             out.reverse(surface);
         }
         Ok(())
+    }
+
+    /// An empty strip, to be given back.
+    pub(crate) fn lend_strip(&mut self) -> Vec<HalfEdge> {
+        let mut strip = std::mem::take(&mut self.spare_strip);
+        strip.clear();
+        strip
+    }
+
+    /// Takes a lent strip back, for the next who asks.
+    pub(crate) fn take_strip_back(&mut self, strip: Vec<HalfEdge>) {
+        self.spare_strip = strip;
     }
 
     /// Straightens a known strip instead of searching one: the result can be reached from it by shortening alone.

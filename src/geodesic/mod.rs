@@ -8,6 +8,7 @@ mod finder;
 mod funnel;
 pub(crate) mod inner;
 mod path;
+pub(crate) mod path_list;
 mod quality;
 mod queue;
 mod search;
