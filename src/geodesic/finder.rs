@@ -2,11 +2,14 @@
 
 use super::{
     GeodesicPath, PathQuality,
-    inner::InnerPath,
+    inner::{InnerPath, reverse_strip},
     search::Search,
     straighten::{Straightener, order},
 };
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
+
+/// A path must be shorter than another by this factor to be taken instead; less is rounding.
+const SHORTER: f64 = 1.0 - 1e-12;
 
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -41,11 +44,13 @@ pub enum PathError {
 #[derive(Debug, Default)]
 pub struct PathFinder {
     search: Search,
+    back: Search,
     straightener: Straightener,
     strip: Vec<HalfEdge>,
     /// To build strips to continue in.
     spare_strip: Vec<HalfEdge>,
     path: InnerPath,
+    other_path: InnerPath,
 }
 
 impl PathFinder {
@@ -102,7 +107,6 @@ impl PathFinder {
         quality: PathQuality,
         out: &mut InnerPath,
     ) -> Result<(), PathError> {
-        let _ = quality;
         let sheet = |p: &InnerPoint| surface.sheet[p.face as usize];
         if sheet(from) != sheet(to) {
             return Err(no_path(surface, from, to));
@@ -117,6 +121,9 @@ impl PathFinder {
             let result = match found {
                 Some(ends) => {
                     self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
+                    if quality == PathQuality::Best {
+                        self.look_back(surface, first, second, &mut strip, out);
+                    }
                     Ok(())
                 }
                 None => Err(no_path(surface, from, to)),
@@ -128,6 +135,24 @@ impl PathFinder {
             out.reverse(surface);
         }
         Ok(())
+    }
+
+    /// Searches the other way round, and takes that path where it is shorter than the one found.
+    fn look_back(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        strip: &mut Vec<HalfEdge>,
+        path: &mut InnerPath,
+    ) {
+        let found = self.back.run_back(surface, to, from, &self.search, path.length, strip);
+        let Some(ends) = found else { return };
+        reverse_strip(surface, strip);
+        self.straightener.run(surface, ends.end, ends.start, strip, &mut self.other_path);
+        if self.other_path.length < path.length * SHORTER && !self.other_path.frozen {
+            std::mem::swap(path, &mut self.other_path);
+        }
     }
 
     /// An empty strip, to be given back.

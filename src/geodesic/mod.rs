@@ -6,6 +6,7 @@
 pub(crate) mod chain;
 mod finder;
 mod funnel;
+mod guide;
 pub(crate) mod inner;
 mod path;
 pub(crate) mod path_list;
