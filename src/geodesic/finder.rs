@@ -90,12 +90,32 @@ impl PathFinder {
         to: &SurfacePoint,
         quality: PathQuality,
     ) -> Result<GeodesicPath, PathError> {
+        let mut path = GeodesicPath::at_rest(*from);
+        self.shortest_into(surface, from, to, quality, &mut path)?;
+        Ok(path)
+    }
+
+    /// [`shortest_with_quality`](Self::shortest_with_quality) into a path whose memory is reused: once warm, nothing is
+    /// allocated.
+    ///
+    /// # Errors
+    /// As [`shortest`](Self::shortest); `out` is then as it was.
+    pub fn shortest_into(
+        &mut self,
+        surface: &Surface,
+        from: &SurfacePoint,
+        to: &SurfacePoint,
+        quality: PathQuality,
+        out: &mut GeodesicPath,
+    ) -> Result<(), PathError> {
         let (from, to) = (surface.inner_point(from)?, surface.inner_point(to)?);
         let mut path = std::mem::take(&mut self.path);
         let found = self.shortest_inner(surface, &from, &to, quality, &mut path);
-        let result = found.map(|()| path.to_outer(surface));
+        if found.is_ok() {
+            path.outer_into(surface, out);
+        }
         self.path = path;
-        result
+        found
     }
 
     /// [`shortest`](Self::shortest) in inner spelling, into reused memory.

@@ -143,17 +143,21 @@ impl InnerPath {
 
     /// The public form, in input faces.
     pub(crate) fn to_outer(&self, surface: &Surface) -> GeodesicPath {
-        let crossings = self.strip.iter().zip(&self.at).map(|(h, t)| {
+        let mut out = GeodesicPath::at_rest(surface.outer_point(&self.start));
+        self.outer_into(surface, &mut out);
+        out
+    }
+
+    /// [`to_outer`](Self::to_outer) into reused memory.
+    pub(crate) fn outer_into(&self, surface: &Surface, out: &mut GeodesicPath) {
+        out.start = surface.outer_point(&self.start);
+        out.end = surface.outer_point(&self.end);
+        (out.length, out.frozen) = (self.length, self.frozen);
+        out.crossings.clear();
+        out.crossings.extend(self.strip.iter().zip(&self.at).map(|(h, t)| {
             let (face, side, reversed) = surface.outer_side(*h);
             Crossing { face, side, at: if reversed { 1.0 - t } else { *t } }
-        });
-        GeodesicPath {
-            start: surface.outer_point(&self.start),
-            end: surface.outer_point(&self.end),
-            crossings: crossings.collect(),
-            length: self.length,
-            frozen: self.frozen,
-        }
+        }));
     }
 
     /// From the public form.
@@ -161,12 +165,22 @@ impl InnerPath {
     /// # Errors
     /// [`PointError`] if the path does not belong to the surface.
     pub(crate) fn from_outer(surface: &Surface, path: &GeodesicPath) -> Result<Self, PointError> {
-        let mut out = Self {
-            start: surface.inner_point(&path.start)?,
-            end: surface.inner_point(&path.end)?,
-            frozen: path.frozen,
-            ..Self::default()
-        };
+        let mut out = Self::default();
+        out.set_outer(surface, path)?;
+        Ok(out)
+    }
+
+    /// [`from_outer`](Self::from_outer) into reused memory.
+    ///
+    /// # Errors
+    /// As there; what the path then is, is not defined.
+    pub(crate) fn set_outer(&mut self, surface: &Surface, path: &GeodesicPath) -> Result<(), PointError> {
+        let out = self;
+        out.start = surface.inner_point(&path.start)?;
+        out.end = surface.inner_point(&path.end)?;
+        out.frozen = path.frozen;
+        out.strip.clear();
+        out.at.clear();
         let mut face = out.start.face;
         for c in &path.crossings {
             let (h, reversed) = surface.inner_side(c.face, c.side)?;
@@ -182,7 +196,7 @@ impl InnerPath {
             return Err(PointError::BadCrossing(path.end.face));
         }
         out.measure(surface);
-        Ok(out)
+        Ok(())
     }
 }
 
