@@ -20,9 +20,6 @@ use common::{
     table::{self, Table},
 };
 
-/// The baseline counts as it is where its times are so near the recorded ones.
-const LIKE: std::ops::RangeInclusive<f64> = 0.7..=1.3;
-
 /// Paths to find before the clock counts.
 const WARM_UP: usize = 12;
 
@@ -116,12 +113,7 @@ impl Found {
         let [fast, default, best] = [0, 1, 2].map(|i| times(&|pair| known(pair.ours[i].us)));
         let baseline = times(&|pair| known(pair.baseline.us));
         let like = baseline.median().zip(recorded.median()).map(|(baseline, recorded)| baseline / recorded);
-        // A baseline that is not like the recorded program is brought to its times.
-        let scaled = like.filter(|like| !LIKE.contains(like));
-        let against = |ours: &Times| match scaled {
-            Some(_) => format!("{} (scaled)", table::ratio(&recorded, ours)),
-            None => table::ratio(&baseline, ours),
-        };
+        let against = |ours: &Times| table::against_baseline(&baseline, &recorded, ours);
         let compared: Vec<f64> =
             pairs.iter().filter_map(|pair| Some(pair.baseline.length / pair.record?.length - 1.0)).collect();
         let alike = compared.iter().filter(|off| off.abs() < 0.01).count();

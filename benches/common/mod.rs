@@ -4,6 +4,7 @@
 
 pub(crate) mod arguments;
 pub(crate) mod clock;
+pub(crate) mod drag;
 pub(crate) mod made;
 pub(crate) mod records;
 pub(crate) mod samples;

@@ -40,6 +40,21 @@ pub(crate) fn ratio(theirs: &Times, ours: &Times) -> String {
     number(theirs.median().zip(ours.median()).map(|(theirs, ours)| theirs / ours))
 }
 
+/// The baseline counts as it ran where its times are so near the recorded ones.
+const LIKE_RECORDED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
+
+/// The baseline's time over ours, as it ran. Where it is not like the recorded program on the same cases, also what it
+/// comes to when its times are brought to the recorded ones.
+pub(crate) fn against_baseline(baseline: &Times, recorded: &Times, ours: &Times) -> String {
+    let as_it_ran = ratio(baseline, ours);
+    match baseline.median().zip(recorded.median()) {
+        Some((baseline, recorded)) if !LIKE_RECORDED.contains(&(baseline / recorded)) => {
+            format!("{as_it_ran} (scaled {})", number(ours.median().map(|ours| recorded / ours)))
+        }
+        _ => as_it_ran,
+    }
+}
+
 /// A part of a count in per cent.
 pub(crate) fn share(part: usize, count: usize) -> String {
     if count == 0 { "–".into() } else { format!("{:.2} %", 100.0 * part as f64 / count as f64) }
