@@ -62,8 +62,7 @@ fn main() {
     ]);
     let measure = |name: &str, surface: &Surface, kind: Kind, shape: Shape| {
         let times = threads::on(2, || dragged(surface, &sample.cases, kind, shape, steps));
-        let what = if shape == Shape::Curve { "curve" } else { "chain" };
-        times.print(name, surface, &format!("{} {what}", kind.name()), &table);
+        times.print(name, surface, kind, shape, &table);
     };
     measure(&sample.name, &sample.surface, Kind::Local, Shape::Curve);
     measure(&sample.name, &sample.surface, Kind::Local, Shape::Chain);
@@ -74,8 +73,7 @@ fn main() {
     let on_fine: Vec<Case> = sample.cases.iter().map(|case| moved(&sample.surface, &fine, case)).collect();
     for shape in [Shape::Curve, Shape::Chain] {
         let times = threads::on(2, || dragged(&fine, &on_fine, Kind::Local, shape, steps));
-        let what = if shape == Shape::Curve { "local curve" } else { "local chain" };
-        times.print(&format!("{}, refined", sample.name), &fine, what, &table);
+        times.print(&format!("{}, refined", sample.name), &fine, Kind::Local, shape, &table);
     }
 }
 
@@ -154,14 +152,19 @@ impl Steps {
         }
     }
 
-    fn print(self, name: &str, surface: &Surface, what: &str, table: &Table) {
+    fn print(self, name: &str, surface: &Surface, kind: Kind, shape: Shape, table: &Table) {
         let count = self.trace.len();
         let [edit, trace, full, preview] = [self.edit, self.trace, self.full, self.preview].map(Times::new);
         let refused = if self.refused > 0 { format!(" ({} refused)", self.refused) } else { String::new() };
         table.row([
             name.to_owned(),
             surface.face_count().to_string(),
-            what.to_owned(),
+            match (kind, shape) {
+                (Kind::Local, Shape::Curve) => "local curve".into(),
+                (Kind::Local, Shape::Chain) => "local chain".into(),
+                (Kind::Random, Shape::Curve) => "spanning curve".into(),
+                (Kind::Random, Shape::Chain) => "spanning chain".into(),
+            },
             format!("{count}{refused}"),
             table::number(edit.median()),
             table::number(edit.quantile(0.99)),

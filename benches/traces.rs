@@ -52,7 +52,7 @@ fn main() {
     let arguments = Arguments::read();
     let samples = Samples::find(&arguments);
     for scheme in &SCHEMES {
-        println!("\n## {}", scheme.title);
+        println!("\n{}:", scheme.title);
         let table = Table::new(&[
             "mesh",
             "faces",

@@ -85,7 +85,7 @@ impl Samples {
             println!("No reference meshes ($SURFACE_REFERENCE): made spheres instead, and nothing recorded.");
             sources = [5, 6, 8].map(|level| Source::Sphere { level }).into();
         } else {
-            println!("Reference meshes of {}.", folder.display());
+            println!("Reference meshes.");
         }
         sources.retain(|source| arguments.wants(&source.name()));
         if arguments.quick && !arguments.names_meshes() {
