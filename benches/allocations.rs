@@ -1,5 +1,5 @@
 //! How often is memory taken? Paths between all reference pairs and the points of all curves after one pass to warm up, and the
-//! steps of a drag, counted by a published allocator.
+//! steps of a drag, counted by a published allocator. A block that grows counts like a new one.
 
 mod common;
 
@@ -27,8 +27,8 @@ const STEPS: usize = 20;
 #[derive(Clone, Copy, Default)]
 struct Taken {
     allocations: usize,
+    /// Blocks that were made larger or smaller.
     reallocations: usize,
-    bytes: usize,
 }
 
 impl Taken {
@@ -37,48 +37,58 @@ impl Taken {
         let region = Region::new(MEMORY);
         let result = work();
         let change = region.change();
-        let (allocations, reallocations) = (change.allocations, change.reallocations);
-        (Self { allocations, reallocations, bytes: change.bytes_allocated }, result)
+        (Self { allocations: change.allocations, reallocations: change.reallocations }, result)
+    }
+
+    fn count(self) -> usize {
+        self.allocations + self.reallocations
+    }
+
+    /// The mean of so many times.
+    fn each(self, times: usize) -> String {
+        format!("{:.1}", self.count() as f64 / times.max(1) as f64)
     }
 
     fn add(&mut self, other: Self) {
         self.allocations += other.allocations;
         self.reallocations += other.reallocations;
-        self.bytes += other.bytes;
     }
 }
 
 fn main() {
     let arguments = Arguments::read();
     let samples = Samples::find(&arguments);
-    let table =
-        Table::new(&["mesh", "what", "times", "allocations", "reallocations", "allocations each", "bytes each"]);
-    for sample in samples.iter() {
-        for quality in PathQuality::ALL {
-            let (count, taken) = paths(&sample, quality);
-            print(&sample.name, &format!("path, {quality:?}"), count, taken, &table);
-        }
-        let (count, taken) = points(&sample);
-        print(&sample.name, "curve, points alone", count, taken, &table);
-        for kind in Kind::ALL {
-            let (count, [edits, traces]) = drags(&sample, kind);
-            print(&sample.name, &format!("drag of a {} curve, edit", kind.name()), count, edits, &table);
-            print(&sample.name, &format!("drag of a {} curve, trace", kind.name()), count, traces, &table);
-        }
-    }
-}
-
-fn print(mesh: &str, what: &str, count: usize, taken: Taken, table: &Table) {
-    let each = |n: usize| format!("{:.1}", n as f64 / count.max(1) as f64);
-    table.row([
-        mesh.to_owned(),
-        what.to_owned(),
-        count.to_string(),
-        taken.allocations.to_string(),
-        taken.reallocations.to_string(),
-        each(taken.allocations),
-        each(taken.bytes),
+    let table = Table::new(&[
+        "mesh",
+        "pairs",
+        "allocations of all: Fast",
+        "Default",
+        "Best",
+        "curves",
+        "of a curve's points",
+        "of an edit, spanning curve",
+        "of its trace",
+        "of an edit, local curve",
+        "of its trace",
     ]);
+    let (mut pairs, mut all) = (0, [0; 3]);
+    for sample in samples.iter() {
+        let found = PathQuality::ALL.map(|quality| paths(&sample, quality));
+        pairs += found[0].0;
+        for (sum, (_, taken)) in all.iter_mut().zip(found) {
+            *sum += taken.count();
+        }
+        let [fast, default, best] = found.map(|(_, taken)| taken.count().to_string());
+        let (curves, points) = points(&sample);
+        let mut row = vec![sample.name.clone(), found[0].0.to_string(), fast, default, best];
+        row.extend([curves.to_string(), points.each(curves)]);
+        for kind in Kind::ALL {
+            let (steps, taken) = drags(&sample, kind);
+            row.extend(taken.map(|taken| taken.each(steps)));
+        }
+        table.row(row);
+    }
+    println!("\nAll {pairs} pairs: {} allocations with Fast, {} with Default, {} with Best.", all[0], all[1], all[2]);
 }
 
 fn paths(sample: &Sample, quality: PathQuality) -> (usize, Taken) {
