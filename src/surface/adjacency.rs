@@ -5,8 +5,8 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::{
-    BuildProgress, FaceId, HalfEdge, NonManifoldEdges, SurfaceError, buckets::Buckets, options::SurfaceOptions,
-    parallel,
+    BuildProgress, FaceId, HalfEdge, NonManifoldEdges, SurfaceError, arranged::Arranged, buckets::Buckets,
+    options::SurfaceOptions, parallel,
 };
 
 /// Neighbours across the sides of each face, before orientation and splitting.
@@ -116,25 +116,29 @@ impl Adjacency {
         faces.chunk_by(|a, b| key(a) == key(b)).filter(|group| group.len() > 1).map(<[u32]>::to_vec).collect()
     }
 
-    /// Does what the options say about edges with three or more faces. `outer_of` gives the input's order of faces.
+    /// Does what the options say about edges with three or more faces.
     ///
     /// # Errors
     /// [`SurfaceError::NonManifoldEdge`] where the options refuse those.
     pub(crate) fn settle_crowded(
         &mut self,
-        triangles: &[[u32; 3]],
-        outer_of: &[u32],
+        faces: &Arranged,
         position: impl Fn(u32) -> DVec3,
         options: &SurfaceOptions,
     ) -> Result<(), SurfaceError> {
+        // What is done depends on the order of the input, not on that in memory.
         let mut crowded = std::mem::take(&mut self.crowded);
+        crowded.sort_by_cached_key(|run| {
+            let [a, b] = edge_of(&faces.triangles, run[0]).map(|v| faces.input_vertex[v as usize]);
+            (a.min(b), a.max(b))
+        });
         for run in &mut crowded {
-            run.sort_unstable_by_key(|h| (outer_of[h.face() as usize], h.side()));
+            run.sort_unstable_by_key(|h| (faces.outer_of[h.face() as usize], h.side()));
             match options.nonmanifold_edges {
                 NonManifoldEdges::Cut => {}
-                NonManifoldEdges::Pair => self.pair_by_wedge(run, triangles, &position),
+                NonManifoldEdges::Pair => self.pair_by_wedge(run, faces, &position),
                 NonManifoldEdges::Refuse => {
-                    let face = FaceId(outer_of[run[0].face() as usize]);
+                    let face = FaceId(faces.outer_of[run[0].face() as usize]);
                     return Err(SurfaceError::NonManifoldEdge { face, count: run.len() });
                 }
             }
@@ -153,11 +157,13 @@ impl Adjacency {
     ///
     /// A face "opens" a wedge when its front looks along growing angle. An opening face followed by a closing one encloses
     /// space between their fronts; faces left without such a partner stay open.
-    fn pair_by_wedge(&mut self, run: &[HalfEdge], triangles: &[[u32; 3]], position: impl Fn(u32) -> DVec3) {
-        let corner = |h: HalfEdge, k: usize| triangles[h.face() as usize][(h.side() + k) % 3];
-        let [low, high] = edge_of(triangles, run[0]);
-        let origin = position(low);
-        let axis = (position(high) - origin).normalize_or_zero();
+    fn pair_by_wedge(&mut self, run: &[HalfEdge], faces: &Arranged, position: impl Fn(u32) -> DVec3) {
+        let corner = |h: HalfEdge, k: usize| faces.triangles[h.face() as usize][(h.side() + k) % 3];
+        let mut edge = edge_of(&faces.triangles, run[0]);
+        edge.sort_unstable_by_key(|v| faces.input_vertex[*v as usize]);
+        let [from, to] = edge;
+        let origin = position(from);
+        let axis = (position(to) - origin).normalize_or_zero();
         if axis == DVec3::ZERO {
             return; // an edge without a direction has no order around it: its sides stay open
         }
@@ -166,7 +172,7 @@ impl Adjacency {
             .iter()
             .map(|&h| {
                 let d = position(corner(h, 2)) - origin;
-                (d.dot(e2).atan2(d.dot(e1)), corner(h, 0) == low, h)
+                (d.dot(e2).atan2(d.dot(e1)), corner(h, 0) == from, h)
             })
             .collect();
         around.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -192,11 +198,12 @@ mod tests {
         // Three half planes around the z axis at 0°, 90° and 200°.
         let at = |d: f64| DVec3::new(d.to_radians().cos(), d.to_radians().sin(), 0.5);
         let positions = [DVec3::ZERO, DVec3::Z, at(0.0), at(90.0), at(200.0)];
-        let triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        let triangles = vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+        let faces = Arranged { triangles, outer_of: vec![0, 1, 2], input_vertex: (0..5).collect() };
         let linked = |nonmanifold_edges| {
-            let mut links = link(&triangles, positions.len(), &BuildProgress::default()).unwrap();
+            let mut links = link(&faces.triangles, positions.len(), &BuildProgress::default()).unwrap();
             let options = SurfaceOptions { nonmanifold_edges, ..Default::default() };
-            links.settle_crowded(&triangles, &[0, 1, 2], |v| positions[v as usize], &options).map(|()| links)
+            links.settle_crowded(&faces, |v| positions[v as usize], &options).map(|()| links)
         };
         let cut = linked(NonManifoldEdges::Cut).unwrap();
         assert_eq!((cut.crowded.len(), cut.boundary_edges, cut.edges), (1, 6, 7));

@@ -1,20 +1,20 @@
-//! From raw triangles to a surface: weld, sift, order, link, orient, split, measure.
+//! From raw triangles to a surface: weld, sift, arrange, link, orient, split, measure.
 
 use glam::DVec3;
 
 use super::{
     BuildProgress, Bvh, FaceId, HalfEdge, SurfaceError, TriangleMesh,
     adjacency::{self, Adjacency},
+    arranged::Arranged,
     fans::{self, Fans},
-    measure, morton,
+    measure,
     options::SurfaceOptions,
     orientation::{self, Orientation},
-    parallel,
+    parallel::{self, PIECE},
     report::{DropReason, SurfaceReport},
     sift::{self, Sifted},
     surface::{DROPPED, FLIPPED, Surface},
-    survey,
-    weld::{self, Welded, without_negative_zero},
+    survey, weld,
 };
 
 /// Builds a surface; O(F log F). Nothing is kept longer than to the last step that needs it.
@@ -62,33 +62,33 @@ struct Connected {
 
 /// Finds out what is where in memory and what meets what.
 fn connect(mesh: &TriangleMesh, options: &SurfaceOptions, progress: &BuildProgress) -> Result<Connected, SurfaceError> {
-    let Welded { of_input, first } = weld::weld(&mesh.positions, progress)?;
+    let welded = weld::weld(&mesh.positions, progress)?;
     progress.step(100)?;
-    let sifted = sift::sift(mesh, &of_input, progress)?;
+    let sifted = sift::sift(mesh, &welded.of_input, progress)?;
     check_size(mesh, &sifted)?;
     progress.step(120)?;
-    let mut faces = in_order(mesh, &of_input, &sifted, progress)?;
-    drop(of_input);
+    let welded_vertices = welded.first.len();
+    let mut faces = Arranged::new(mesh, welded, &sifted, progress)?;
     let Sifted { mut dropped, min, max, .. } = sifted;
     progress.step(250)?;
 
-    let (mut links, duplicates) = link_distinct(&mut faces, first.len(), &mut dropped, progress)?;
-    let position = |welded: u32| without_negative_zero(mesh.positions[first[welded as usize] as usize]);
-    links.settle_crowded(&faces.triangles, &faces.outer_of, position, options)?;
-    progress.step(400)?;
-    let Faces { mut triangles, mut outer_of } = faces;
-    let mut inner_of = inverse(&outer_of, mesh.faces.len());
-    let orientation = orientation::orient(&triangles, &mut links, &inner_of, options, progress)?;
-    orientation::turn_over(&orientation.flip, &mut triangles, &mut links.twins, progress)?;
-    progress.step(500)?;
-    let fans = fans::split(&triangles, &links.twins, &inner_of, first.len(), options, progress)?;
-    drop(triangles);
-    progress.step(600)?;
+    let (mut links, duplicates) = link_distinct(&mut faces, &mut dropped, progress)?;
+    links.settle_crowded(&faces, |vertex| faces.position(mesh, vertex), options)?;
+    progress.step(350)?;
+    let mut inner_of = faces.inner_of(mesh.faces.len());
+    let orientation = orientation::orient(&faces, &mut links, &inner_of, options, progress)?;
+    orientation::turn_over(&orientation.flip, &mut faces.triangles, &mut links.twins, progress)?;
+    progress.step(450)?;
+    let fans = fans::split(&faces, &links.twins, &inner_of, options, progress)?;
+    drop(std::mem::take(&mut faces.triangles));
+    progress.step(550)?;
 
     let boundary = fans::boundary(&fans.outgoing, &links.twins);
-    let mut report = survey::survey(&links, &orientation, &fans, first.len());
+    let mut report = survey::survey(&links, &orientation, &fans, faces.input_vertex.len());
     report.input_vertices = mesh.positions.len();
     report.input_faces = mesh.faces.len();
+    report.welded_vertices = welded_vertices;
+    report.isolated_vertices = welded_vertices - faces.input_vertex.len();
     report.degenerate_faces = dropped.iter().filter(|d| d.1 == DropReason::RepeatedCorner).count();
     report.duplicate_faces = duplicates;
     report.boundary_loops = fans::boundary_loops(&fans, &boundary);
@@ -96,10 +96,11 @@ fn connect(mesh: &TriangleMesh, options: &SurfaceOptions, progress: &BuildProgre
     report.dropped = dropped;
 
     let Orientation { flip, sheet, .. } = orientation;
-    mark_flipped(&flip, &mut inner_of, &mut outer_of);
+    mark_flipped(&flip, &mut inner_of, &mut faces.outer_of);
     let Fans { triangles, welded, outgoing } = fans;
     let origin = origin_of(min, max);
-    let positions = parallel::table(welded.len(), DVec3::ZERO, progress, |vertex| position(welded[vertex]) - origin)?;
+    let positions =
+        parallel::table(welded.len(), DVec3::ZERO, progress, |vertex| faces.position(mesh, welded[vertex]) - origin)?;
     let twins = links.twins;
     Ok(Connected {
         triangles,
@@ -110,7 +111,7 @@ fn connect(mesh: &TriangleMesh, options: &SurfaceOptions, progress: &BuildProgre
         origin,
         sheet,
         inner_of,
-        outer_of,
+        outer_of: faces.outer_of,
         min,
         max,
         report,
@@ -129,55 +130,24 @@ fn check_size(mesh: &TriangleMesh, sifted: &Sifted) -> Result<(), SurfaceError> 
     Ok(())
 }
 
-/// Faces in the order in which they are kept in memory.
-struct Faces {
-    /// Welded corners, in the input's order of corners.
-    triangles: Vec<[u32; 3]>,
-    /// The input face of each.
-    outer_of: Vec<u32>,
-}
-
-fn in_order(
-    mesh: &TriangleMesh,
-    welded: &[u32],
-    sifted: &Sifted,
-    progress: &BuildProgress,
-) -> Result<Faces, SurfaceError> {
-    let outer_of = morton::order(mesh, sifted, progress)?;
-    let corners = |face: usize| mesh.faces[outer_of[face] as usize].map(|v| welded[v as usize]);
-    let triangles = parallel::table(outer_of.len(), [0; 3], progress, corners)?;
-    Ok(Faces { triangles, outer_of })
-}
-
 /// Links sides, after dropping faces that are there already; also tells how many had the corners of an earlier one.
 fn link_distinct(
-    faces: &mut Faces,
-    vertices: usize,
+    faces: &mut Arranged,
     dropped: &mut Vec<(FaceId, DropReason)>,
     progress: &BuildProgress,
 ) -> Result<(Adjacency, usize), SurfaceError> {
+    let vertices = faces.input_vertex.len();
     let links = adjacency::link(&faces.triangles, vertices, progress)?;
     let copies = sift::copies(&mut links.copies(&faces.triangles), &faces.triangles, &faces.outer_of);
     if copies.superfluous.is_empty() {
         return Ok((links, copies.duplicates));
     }
     drop(links);
-    dropped.extend(copies.superfluous.iter().map(|i| (FaceId(faces.outer_of[*i as usize]), DropReason::Duplicate)));
+    let outer = |face: &u32| FaceId(faces.outer_of[*face as usize]);
+    dropped.extend(copies.superfluous.iter().map(|face| (outer(face), DropReason::Duplicate)));
     dropped.sort_unstable_by_key(|d| d.0);
-    let stays = || (0..).map(|i| !copies.superfluous.contains(&i));
-    let (mut triangle_stays, mut outer_stays) = (stays(), stays());
-    faces.triangles.retain(|_| triangle_stays.next() == Some(true));
-    faces.outer_of.retain(|_| outer_stays.next() == Some(true));
+    faces.retain(|face| !copies.superfluous.contains(&face));
     Ok((adjacency::link(&faces.triangles, vertices, progress)?, copies.duplicates))
-}
-
-/// For each input face its place in memory, or [`DROPPED`].
-fn inverse(outer_of: &[u32], input_faces: usize) -> Vec<u32> {
-    let mut inner_of = vec![DROPPED; input_faces];
-    for (inner, &outer) in outer_of.iter().enumerate() {
-        inner_of[outer as usize] = inner as u32;
-    }
-    inner_of
 }
 
 fn mark_flipped(flip: &[bool], inner_of: &mut [u32], outer_of: &mut [u32]) {
@@ -199,8 +169,8 @@ fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
 fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, SurfaceError> {
     // The tree takes more memory while it is built than all that comes after it.
     let (bvh, fingerprint) =
-        parallel::join(|| Bvh::build(&parts.positions, &parts.triangles, progress), || fingerprint(&parts));
-    let bvh = bvh?;
+        parallel::join(|| Bvh::build(&parts.positions, &parts.triangles, progress), || fingerprint(&parts, progress));
+    let (bvh, fingerprint) = (bvh?, fingerprint?);
     progress.step(850)?;
     let lengths = measure::lengths(&parts.triangles, &parts.positions, progress)?;
     progress.step(900)?;
@@ -208,12 +178,12 @@ fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, Surfa
         || measure::angles(&parts.triangles, &lengths, parts.positions.len(), progress),
         || {
             parallel::join(
-                || measure::sheets(&lengths, &parts.sheet, parts.report.sheets),
+                || measure::sheets(&lengths, &parts.sheet, parts.report.sheets, progress),
                 || measure::extremes(&lengths, progress),
             )
         },
     );
-    let ((angle, smallest_angle), extremes) = (angles?, extremes?);
+    let ((angle, smallest_angle), sheets, extremes) = (angles?, sheets?, extremes?);
     let report = SurfaceReport {
         degenerate_faces: parts.report.degenerate_faces + extremes.degenerate,
         shortest_edge: extremes.shortest,
@@ -245,19 +215,25 @@ fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, Surfa
 }
 
 /// Hashes the faces in input order with the positions of their vertices.
-fn fingerprint(parts: &Connected) -> u64 {
+fn fingerprint(parts: &Connected, progress: &BuildProgress) -> Result<u64, SurfaceError> {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     let mut mix = |word: u64| {
         hash = (hash ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd);
         hash ^= hash >> 32;
     };
-    parts.positions.iter().for_each(|p| (*p + parts.origin).to_array().iter().for_each(|x| mix(x.to_bits())));
-    for inner in &parts.inner_of {
-        mix(u64::from(*inner == DROPPED));
-        if let Some(t) = parts.triangles.get((inner & !FLIPPED) as usize) {
-            mix(u64::from(inner >> 31));
-            t.iter().for_each(|v| mix(u64::from(*v)));
+    for positions in parts.positions.chunks(PIECE) {
+        progress.check()?;
+        positions.iter().for_each(|p| (*p + parts.origin).to_array().iter().for_each(|x| mix(x.to_bits())));
+    }
+    for faces in parts.inner_of.chunks(PIECE) {
+        progress.check()?;
+        for inner in faces {
+            mix(u64::from(*inner == DROPPED));
+            if let Some(t) = parts.triangles.get((inner & !FLIPPED) as usize) {
+                mix(u64::from(inner >> 31));
+                t.iter().for_each(|v| mix(u64::from(*v)));
+            }
         }
     }
-    hash
+    Ok(hash)
 }

@@ -1,8 +1,14 @@
 //! One vertex per fan of faces: finding fans, splitting vertices that have several.
 
 use super::{
-    BuildProgress, FaceId, HalfEdge, NonManifoldVertices, SurfaceError, options::SurfaceOptions, parallel::PIECE,
+    BuildProgress, FaceId, HalfEdge, NonManifoldVertices, SurfaceError,
+    arranged::Arranged,
+    options::SurfaceOptions,
+    parallel::{self, PIECE},
 };
+
+/// In place of a vertex that has no number yet.
+const UNSEEN: u32 = u32::MAX;
 
 /// Corners grouped into fans.
 pub(crate) struct Fans {
@@ -34,62 +40,91 @@ pub(crate) fn clockwise(twins: &[[HalfEdge; 3]], h: HalfEdge) -> HalfEdge {
 /// # Errors
 /// [`SurfaceError::NonManifoldVertex`] where the options refuse vertices with several fans; [`SurfaceError::Cancelled`].
 pub(crate) fn split(
-    triangles: &[[u32; 3]],
+    faces: &Arranged,
     twins: &[[HalfEdge; 3]],
     inner_of: &[u32],
-    welded_count: usize,
     options: &SurfaceOptions,
     progress: &BuildProgress,
 ) -> Result<Fans, SurfaceError> {
-    const UNSEEN: u32 = u32::MAX;
+    // First in the order of memory, where a fan's faces are near each other.
+    let fans = find(faces, twins, options, progress)?;
+    number_by_input(fans, inner_of, progress)
+}
+
+/// Fans numbered by first use in memory.
+fn find(
+    faces: &Arranged,
+    twins: &[[HalfEdge; 3]],
+    options: &SurfaceOptions,
+    progress: &BuildProgress,
+) -> Result<Fans, SurfaceError> {
+    let vertices = faces.input_vertex.len();
     let mut out = Fans {
-        triangles: vec![[UNSEEN; 3]; triangles.len()],
-        welded: Vec::with_capacity(welded_count),
-        outgoing: Vec::with_capacity(welded_count),
+        triangles: vec![[UNSEEN; 3]; faces.triangles.len()],
+        welded: Vec::with_capacity(vertices),
+        outgoing: Vec::with_capacity(vertices),
     };
-    let mut met = vec![false; welded_count];
-    for (outer, &inner) in inner_of.iter().enumerate() {
-        if outer % PIECE == 0 {
+    let mut met = vec![false; vertices];
+    for (face, corners) in faces.triangles.iter().enumerate() {
+        if face % PIECE == 0 {
             progress.check()?;
         }
-        let Some(&corners) = triangles.get(inner as usize) else { continue }; // dropped
-        for (corner, &welded) in (0..3).zip(&corners) {
-            if out.triangles[inner as usize][corner as usize] != UNSEEN {
+        for (corner, &welded) in corners.iter().enumerate() {
+            if out.triangles[face][corner] != UNSEEN {
                 continue;
             }
             if std::mem::replace(&mut met[welded as usize], true)
                 && options.nonmanifold_vertices == NonManifoldVertices::Refuse
             {
                 // Two are enough to refuse.
-                return Err(SurfaceError::NonManifoldVertex { face: FaceId(outer as u32), fans: 2 });
+                return Err(SurfaceError::NonManifoldVertex { face: FaceId(faces.outer_of[face]), fans: 2 });
             }
             let id = out.welded.len() as u32;
             let name = |h: HalfEdge| out.triangles[h.face() as usize][h.side()] = id;
-            out.outgoing.push(walk_fan(twins, HalfEdge::new(inner, corner), name));
+            out.outgoing.push(walk_fan(twins, HalfEdge::new(face as u32, corner as u32), name));
             out.welded.push(welded);
         }
     }
-    out.welded.shrink_to_fit();
-    out.outgoing.shrink_to_fit();
     Ok(out)
 }
 
-/// Visits the outgoing half-edges of a fan, each once, and returns the one to turn counter-clockwise from.
-fn walk_fan(twins: &[[HalfEdge; 3]], start: HalfEdge, mut visit: impl FnMut(HalfEdge)) -> HalfEdge {
-    // Sides are linked in pairs, so turning is a permutation of corners: it ends at a boundary or comes back to its start.
-    let (mut first, mut h) = (start, start);
-    loop {
-        visit(h);
-        first = first.min(h);
-        h = counter_clockwise(twins, h);
-        if h == start {
-            return first;
+/// Renumbers vertices by their first use in input order, which is what [`VertexId`](super::VertexId) promises.
+fn number_by_input(fans: Fans, inner_of: &[u32], progress: &BuildProgress) -> Result<Fans, SurfaceError> {
+    let vertices = fans.welded.len();
+    let mut number = vec![UNSEEN; vertices];
+    let mut order = Vec::with_capacity(vertices);
+    for (outer, &inner) in inner_of.iter().enumerate() {
+        if outer % PIECE == 0 {
+            progress.check()?;
         }
-        if !h.is_some() {
-            break;
+        // A dropped face has no place.
+        for &v in fans.triangles.get(inner as usize).into_iter().flatten() {
+            if number[v as usize] == UNSEEN {
+                number[v as usize] = order.len() as u32;
+                order.push(v);
+            }
         }
     }
-    first = start;
+    let Fans { mut triangles, welded, outgoing } = fans;
+    parallel::update(&mut triangles, progress, |_, t| *t = t.map(|v| number[v as usize]))?;
+    let welded = parallel::table(vertices, 0, progress, |v| welded[order[v] as usize])?;
+    let outgoing = parallel::table(vertices, HalfEdge::NONE, progress, |v| outgoing[order[v] as usize])?;
+    Ok(Fans { triangles, welded, outgoing })
+}
+
+/// Visits the outgoing half-edges of a fan, each once, and returns the one to turn counter-clockwise from: the most
+/// clockwise one at a boundary, else `start`.
+fn walk_fan(twins: &[[HalfEdge; 3]], start: HalfEdge, mut visit: impl FnMut(HalfEdge)) -> HalfEdge {
+    // Sides are linked in pairs, so turning is a permutation of corners: it ends at a boundary or comes back to its start.
+    let mut h = start;
+    while h.is_some() {
+        visit(h);
+        h = counter_clockwise(twins, h);
+        if h == start {
+            return start;
+        }
+    }
+    let mut first = start;
     while let before = clockwise(twins, first)
         && before.is_some()
     {

@@ -64,22 +64,37 @@ pub(crate) struct Sheets {
 }
 
 /// Measures each sheet.
-pub(crate) fn sheets(lengths: &[[f64; 3]], sheet: &[u32], sheets: usize) -> Sheets {
+///
+/// # Errors
+/// [`SurfaceError::Cancelled`].
+pub(crate) fn sheets(
+    lengths: &[[f64; 3]],
+    sheet: &[u32],
+    sheets: usize,
+    progress: &BuildProgress,
+) -> Result<Sheets, SurfaceError> {
+    let pieces = || lengths.chunks(PIECE).zip(sheet.chunks(PIECE));
     let mut sums = vec![(0.0_f64, 0_usize); sheets];
-    for (l, sheet) in lengths.iter().zip(sheet) {
-        let sum = &mut sums[*sheet as usize];
-        *sum = (sum.0 + l[0] + l[1] + l[2], sum.1 + 3);
+    for (lengths, sheet) in pieces() {
+        progress.check()?;
+        for (l, sheet) in lengths.iter().zip(sheet) {
+            let sum = &mut sums[*sheet as usize];
+            *sum = (sum.0 + l[0] + l[1] + l[2], sum.1 + 3);
+        }
     }
     let mean_edge: Vec<f64> = sums.iter().map(|(sum, count)| sum / (*count).max(1) as f64).collect();
     let mut slack = vec![0.0_f64; sheets];
-    for (l, sheet) in lengths.iter().zip(sheet) {
-        let sheet = *sheet as usize;
-        let least = MOLLIFICATION * mean_edge[sheet];
-        for k in 0..3 {
-            slack[sheet] = slack[sheet].max(least - (l[k] + l[(k + 1) % 3] - l[(k + 2) % 3]));
+    for (lengths, sheet) in pieces() {
+        progress.check()?;
+        for (l, sheet) in lengths.iter().zip(sheet) {
+            let sheet = *sheet as usize;
+            let least = MOLLIFICATION * mean_edge[sheet];
+            for k in 0..3 {
+                slack[sheet] = slack[sheet].max(least - (l[k] + l[(k + 1) % 3] - l[(k + 2) % 3]));
+            }
         }
     }
-    Sheets { mean_edge, slack }
+    Ok(Sheets { mean_edge, slack })
 }
 
 /// What stands out among the faces.

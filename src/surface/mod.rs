@@ -4,6 +4,7 @@
 //! their place in the input throughout; the order and orientation used inside are private.
 
 mod adjacency;
+mod arranged;
 mod buckets;
 mod build;
 mod bvh;

@@ -3,6 +3,7 @@
 use super::{
     BuildProgress, FaceId, HalfEdge, NonOrientable, SurfaceError,
     adjacency::Adjacency,
+    arranged::Arranged,
     options::SurfaceOptions,
     parallel::{self, PIECE},
     surface::DROPPED,
@@ -30,12 +31,13 @@ pub(crate) struct Orientation {
 /// # Errors
 /// [`SurfaceError::NonOrientable`] where the options refuse such sheets; [`SurfaceError::Cancelled`].
 pub(crate) fn orient(
-    triangles: &[[u32; 3]],
+    arranged: &Arranged,
     adjacency: &mut Adjacency,
     inner_of: &[u32],
     options: &SurfaceOptions,
     progress: &BuildProgress,
 ) -> Result<Orientation, SurfaceError> {
+    let triangles = &arranged.triangles;
     let faces = triangles.len();
     let mut out = Orientation {
         flip: vec![false; faces],
@@ -78,8 +80,8 @@ pub(crate) fn orient(
                     queue.push(neighbour as u32);
                 } else if out.flip[neighbour] != parity {
                     if options.non_orientable == NonOrientable::Refuse {
-                        let face = inner_of.iter().position(|inner| *inner == face).unwrap_or(0) as u32;
-                        return Err(SurfaceError::NonOrientable { face: FaceId(face) });
+                        let face = FaceId(arranged.outer_of[face as usize]);
+                        return Err(SurfaceError::NonOrientable { face });
                     }
                     out.cuts.push([h, twin]);
                     adjacency.twins[face as usize][k as usize] = HalfEdge::NONE;

@@ -10,17 +10,14 @@ use super::{
 /// Counts vertices, pieces and edges as they came, and what orienting did.
 pub(crate) fn survey(links: &Adjacency, orientation: &Orientation, fans: &Fans, welded_count: usize) -> SurfaceReport {
     let fans_at = fans_as_they_came(links, orientation, fans, welded_count);
-    let used = fans_at.iter().filter(|n| **n > 0).count();
     SurfaceReport {
-        welded_vertices: welded_count,
-        isolated_vertices: welded_count - used,
-        split_vertices: fans.welded.len() - used,
+        split_vertices: fans.welded.len() - welded_count,
         components: components(orientation, fans, welded_count),
         sheets: orientation.sheets,
         boundary_edges: links.boundary_edges,
         nonmanifold_edges: links.crowded.len(),
         nonmanifold_vertices: fans_at.iter().filter(|n| **n > 1).count(),
-        euler_characteristic: used as i64 - links.edges as i64 + fans.triangles.len() as i64,
+        euler_characteristic: welded_count as i64 - links.edges as i64 + fans.triangles.len() as i64,
         orientable: orientation.cuts.is_empty(),
         consistently_oriented: orientation.consistent && links.crowded.is_empty(),
         orientation_cuts: orientation.cuts.len(),
