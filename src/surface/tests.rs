@@ -318,7 +318,7 @@ fn threads_leave_no_trace() {
 #[test]
 fn a_build_can_be_watched_and_stopped() {
     let mesh = large_and_broken();
-    for wait in 0..40 {
+    for wait in 0..20 {
         let progress = BuildProgress::default();
         let (mut last, mut grew) = (0.0, true);
         let result = std::thread::scope(|scope| {
