@@ -69,7 +69,8 @@ fn connect(mesh: &TriangleMesh, options: &SurfaceOptions, progress: &BuildProgre
     progress.step(120)?;
     let welded_vertices = welded.first.len();
     let mut faces = Arranged::new(mesh, welded, &sifted, progress)?;
-    let Sifted { mut dropped, min, max, .. } = sifted;
+    let Sifted { kept, mut dropped, min, max } = sifted;
+    drop(kept);
     progress.step(250)?;
 
     let (mut links, duplicates) = link_distinct(&mut faces, &mut dropped, progress)?;
