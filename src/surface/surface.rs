@@ -14,8 +14,8 @@ pub(crate) const FLIPPED: u32 = 1 << 31;
 
 /// A triangle mesh that one can walk on: welded, oriented, every edge with at most two faces, every vertex one fan.
 ///
-/// Built once, immutable, shared by reference. About 100 bytes a face, and 120 while it is built; [`memory`](Self::memory)
-/// tells what for.
+/// Built once, immutable, shared by reference. About 100 bytes a face, and hardly more while it is built;
+/// [`memory`](Self::memory) tells what for.
 ///
 /// ```
 /// use bevy_surface_splines::surface::{FaceId, Surface, SurfaceOptions, shapes};

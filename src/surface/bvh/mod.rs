@@ -52,7 +52,7 @@ impl Bvh {
         let frame = Frame::around(positions, triangles, progress)?;
         let bounds = |face: usize| frame.bounds(positions, triangles, face as u32);
         let bounds = parallel::table(triangles.len(), Bounds::EMPTY, progress, bounds)?;
-        Ok(Self { frame, nodes: split::nodes(&bounds, MAX_DEPTH as u32, progress)? })
+        Ok(Self { frame, nodes: split::nodes(bounds, MAX_DEPTH as u32, progress)? })
     }
 
     /// What the tree holds in memory.
