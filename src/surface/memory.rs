@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::Surface;
+
 /// Bytes that a surface holds, array by array.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceMemory {
@@ -16,6 +18,40 @@ pub struct ArrayMemory {
     pub name: &'static str,
     /// How much was allocated for it.
     pub bytes: usize,
+}
+
+/// # Memory
+impl Surface {
+    /// What the surface holds in memory, array by array.
+    ///
+    /// ```
+    /// use bevy_surface_splines::surface::{Surface, SurfaceOptions, shapes};
+    ///
+    /// let surface = Surface::build(&shapes::icosphere(5), &SurfaceOptions::default())?;
+    /// assert!(surface.memory().bytes() < 120 * surface.face_count());
+    /// println!("{}", surface.memory());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn memory(&self) -> SurfaceMemory {
+        let mut arrays = vec![
+            array("corners of faces", &self.triangles),
+            array("neighbours across sides", &self.twins),
+            array("lengths of sides", &self.lengths),
+            array("positions of vertices", &self.positions),
+            array("a side at each vertex", &self.outgoing),
+            array("angles about vertices", &self.angle),
+            array("vertices on the boundary", &self.boundary),
+            array("sheets of faces", &self.sheet),
+            array("slack of sheets", &self.slack),
+            array("mean edges of sheets", &self.mean_edge),
+            array("input faces to faces", &self.inner_of),
+            array("faces to input faces", &self.outer_of),
+            array("faces dropped", &self.report.dropped),
+            self.bvh.memory(),
+        ];
+        arrays.sort_by_key(|array| std::cmp::Reverse(array.bytes));
+        SurfaceMemory { arrays }
+    }
 }
 
 impl SurfaceMemory {

@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    BuildProgress, Bvh, FaceId, HalfEdge, PointError, SurfaceError, SurfaceMemory, SurfacePoint, SurfaceReport,
-    TriangleMesh, VertexId, build, fans, memory, metric, options::SurfaceOptions,
+    BuildProgress, Bvh, FaceId, HalfEdge, PointError, SurfaceError, SurfacePoint, SurfaceReport, TriangleMesh,
+    VertexId, build, fans, metric, options::SurfaceOptions,
 };
 
 /// Marks an input face that is not part of the surface.
@@ -133,37 +133,6 @@ impl Surface {
     /// Number of vertices after welding and splitting.
     pub fn vertex_count(&self) -> usize {
         self.positions.len()
-    }
-
-    /// What the surface holds in memory, array by array.
-    ///
-    /// ```
-    /// use bevy_surface_splines::surface::{Surface, SurfaceOptions, shapes};
-    ///
-    /// let surface = Surface::build(&shapes::icosphere(5), &SurfaceOptions::default())?;
-    /// assert!(surface.memory().bytes() < 120 * surface.face_count());
-    /// println!("{}", surface.memory());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn memory(&self) -> SurfaceMemory {
-        let mut arrays = vec![
-            memory::array("corners of faces", &self.triangles),
-            memory::array("neighbours across sides", &self.twins),
-            memory::array("lengths of sides", &self.lengths),
-            memory::array("positions of vertices", &self.positions),
-            memory::array("a side at each vertex", &self.outgoing),
-            memory::array("angles about vertices", &self.angle),
-            memory::array("vertices on the boundary", &self.boundary),
-            memory::array("sheets of faces", &self.sheet),
-            memory::array("slack of sheets", &self.slack),
-            memory::array("mean edges of sheets", &self.mean_edge),
-            memory::array("input faces to faces", &self.inner_of),
-            memory::array("faces to input faces", &self.outer_of),
-            memory::array("faces dropped", &self.report.dropped),
-            self.bvh.memory(),
-        ];
-        arrays.sort_by_key(|array| std::cmp::Reverse(array.bytes));
-        SurfaceMemory { arrays }
     }
 
     /// Lower and upper corner of the bounding box.
