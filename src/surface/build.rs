@@ -1,109 +1,35 @@
-//! From raw triangles to a surface: weld, sift, link, orient, order, split, measure.
+//! From raw triangles to a surface: weld, sift, arrange, link, orient, split, measure.
 
 use glam::DVec3;
 
 use super::{
-    BuildProgress, Bvh, HalfEdge, SurfaceError, SurfaceReport, TriangleMesh,
+    BuildProgress, Bvh, FaceId, HalfEdge, SurfaceError, TriangleMesh,
     adjacency::{self, Adjacency},
-    fans, metric, morton,
+    arranged::Arranged,
+    fans::{self, Fans},
+    measure,
     options::SurfaceOptions,
-    orientation,
+    orientation::{self, Orientation},
+    parallel::{self, PIECE},
+    report::{DropReason, SurfaceReport},
+    sift::{self, Sifted},
     surface::{DROPPED, FLIPPED, Surface},
-    survey::{self, UnionFind},
-    weld,
+    survey, weld,
 };
 
-/// Shortest admissible slack of a triangle's sides, as a share of the mean edge (see [`Surface::slack`]).
-const MOLLIFICATION: f64 = 1e-5;
-
-/// Builds a surface; O(F log F).
+/// Builds a surface; O(F log F). Nothing is kept longer than to the last step that needs it.
 pub(crate) fn build(
     mesh: &TriangleMesh,
     options: &SurfaceOptions,
     progress: &BuildProgress,
 ) -> Result<Surface, SurfaceError> {
-    check_indices(mesh)?;
+    check_indices(mesh, progress)?;
     progress.step(20)?;
-    let welded = weld::weld(&mesh.positions);
-    progress.step(150)?;
-    let corners = mesh.faces.iter().map(|t| t.map(|v| welded.of_input[v as usize]));
-    let sifted = survey::sift(corners, mesh.faces.len());
-    if let (true, Some(&(first, reason))) = (sifted.triangles.is_empty(), sifted.dropped.first()) {
-        return Err(SurfaceError::NoUsableFaces { faces: mesh.faces.len(), first, reason });
-    }
-    let (min, max) = bounds(&sifted.triangles, &welded.positions);
-    let diagonal = (max - min).length();
-    if !(1e-60..=1e60).contains(&diagonal) || min.abs().max(max.abs()).max_element() > 1e75 {
-        return Err(SurfaceError::Scale { diagonal });
-    }
-    progress.step(250)?;
-    let mut links = adjacency::link(&sifted.triangles, &welded.positions, options)?;
-    progress.step(450)?;
-    let mut report = survey_links(&sifted.triangles, &links, welded.positions.len());
-    let orientation = orientation::orient(&sifted.triangles, &mut links, options)?;
-    progress.step(550)?;
-
-    let order = morton::order(&sifted.triangles, &welded.positions, min, max);
-    let (triangles, twins) = reorder(&sifted.triangles, &links.twins, &orientation.flip, &order);
-    progress.step(700)?;
-    let fans = number_by_input(fans::split(&triangles, &twins, welded.positions.len(), options)?, &order);
-    let origin = origin_of(min, max);
-    let positions: Vec<DVec3> = fans.welded.iter().map(|w| welded.positions[*w as usize] - origin).collect();
-    progress.step(800)?;
-
-    report.input_vertices = mesh.positions.len();
-    report.input_faces = mesh.faces.len();
-    report.welded_vertices = welded.positions.len();
-    report.isolated_vertices = welded.positions.len() - report.isolated_vertices;
-    report.split_vertices = positions.len() - (report.welded_vertices - report.isolated_vertices);
-    report.degenerate_faces += sifted.dropped.iter().filter(|d| d.1 == super::DropReason::RepeatedCorner).count();
-    report.duplicate_faces = sifted.duplicates;
-    report.sheets = orientation.sheets;
-    report.orientable = orientation.cuts == 0;
-    report.consistently_oriented = orientation.consistent && report.nonmanifold_edges == 0;
-    report.orientation_cuts = orientation.cuts;
-    report.flipped_faces = orientation.flip.iter().filter(|f| **f).count();
-    report.boundary_loops = fans::boundary_loops(&twins);
-    report.diagonal = diagonal;
-    report.dropped = sifted.dropped;
-
-    let mut inner_of = vec![DROPPED; mesh.faces.len()];
-    let mut outer_of = Vec::with_capacity(order.len());
-    let mut sheet = Vec::with_capacity(order.len());
-    for (inner, &old) in order.iter().enumerate() {
-        let flip = if orientation.flip[old as usize] { FLIPPED } else { 0 };
-        let face = sifted.faces[old as usize];
-        inner_of[face.0 as usize] = inner as u32 | flip;
-        outer_of.push(face.0 | flip);
-        sheet.push(orientation.sheet[old as usize]);
-    }
-    let mut surface = Surface {
-        bvh: Bvh::build(&positions, &fans.triangles),
-        lengths: Vec::new(),
-        angle: vec![0.0; positions.len()],
-        boundary: vec![false; positions.len()],
-        slack: Vec::new(),
-        mean_edge: Vec::new(),
-        fingerprint: fingerprint(&fans.triangles, &inner_of, &positions, origin),
-        triangles: fans.triangles,
-        outgoing: fans.outgoing,
-        positions,
-        origin,
-        twins,
-        sheet,
-        inner_of,
-        outer_of,
-        min,
-        max,
-        report,
-    };
-    progress.step(900)?;
-    measure(&mut surface, orientation.sheets);
-    progress.step(1000)?;
-    Ok(surface)
+    let connected = connect(mesh, options, progress)?;
+    complete(connected, progress)
 }
 
-fn check_indices(mesh: &TriangleMesh) -> Result<(), SurfaceError> {
+fn check_indices(mesh: &TriangleMesh, progress: &BuildProgress) -> Result<(), SurfaceError> {
     if mesh.faces.is_empty() {
         return Err(SurfaceError::NoFaces);
     }
@@ -111,30 +37,125 @@ fn check_indices(mesh: &TriangleMesh) -> Result<(), SurfaceError> {
         return Err(SurfaceError::TooManyFaces { faces: mesh.faces.len() });
     }
     let vertices = mesh.positions.len();
-    for (i, t) in mesh.faces.iter().enumerate() {
-        if let Some(&index) = t.iter().find(|v| **v as usize >= vertices) {
-            return Err(SurfaceError::IndexOutOfRange { face: super::FaceId(i as u32), index, vertices });
-        }
+    let check = |face: usize| match mesh.faces[face].iter().find(|v| **v as usize >= vertices) {
+        Some(&index) => Err(SurfaceError::IndexOutOfRange { face: FaceId(face as u32), index, vertices }),
+        None => Ok(()),
+    };
+    parallel::map_pieces(mesh.faces.len(), progress, |mut faces| faces.try_for_each(check))?.into_iter().collect()
+}
+
+/// All of a surface that is not measured.
+struct Connected {
+    triangles: Vec<[u32; 3]>,
+    twins: Vec<[HalfEdge; 3]>,
+    outgoing: Vec<HalfEdge>,
+    boundary: Vec<bool>,
+    positions: Vec<DVec3>,
+    origin: DVec3,
+    sheet: Vec<u32>,
+    inner_of: Vec<u32>,
+    outer_of: Vec<u32>,
+    min: DVec3,
+    max: DVec3,
+    report: SurfaceReport,
+}
+
+/// Finds out what is where in memory and what meets what.
+fn connect(mesh: &TriangleMesh, options: &SurfaceOptions, progress: &BuildProgress) -> Result<Connected, SurfaceError> {
+    let welded = weld::weld(&mesh.positions, progress)?;
+    progress.step(100)?;
+    let sifted = sift::sift(mesh, &welded.of_input, progress)?;
+    check_size(mesh, &sifted)?;
+    progress.step(120)?;
+    let welded_vertices = welded.first.len();
+    let mut faces = Arranged::new(mesh, welded, &sifted, progress)?;
+    let Sifted { kept, mut dropped, min, max } = sifted;
+    drop(kept);
+    progress.step(250)?;
+
+    let (mut links, duplicates) = link_distinct(&mut faces, &mut dropped, progress)?;
+    links.settle_crowded(&faces, |vertex| faces.position(mesh, vertex), options)?;
+    progress.step(350)?;
+    let mut inner_of = faces.inner_of(mesh.faces.len());
+    let orientation = orientation::orient(&faces, &mut links, &inner_of, options, progress)?;
+    orientation::turn_over(&orientation.flip, &mut faces.triangles, &mut links.twins, progress)?;
+    progress.step(450)?;
+    let fans = fans::split(&faces, &links.twins, &inner_of, options, progress)?;
+    drop(std::mem::take(&mut faces.triangles));
+    progress.step(550)?;
+
+    let boundary = fans::boundary(&fans.outgoing, &links.twins);
+    let mut report = survey::survey(&links, &orientation, &fans, faces.input_vertex.len());
+    report.input_vertices = mesh.positions.len();
+    report.input_faces = mesh.faces.len();
+    report.welded_vertices = welded_vertices;
+    report.isolated_vertices = welded_vertices - faces.input_vertex.len();
+    report.degenerate_faces = dropped.iter().filter(|d| d.1 == DropReason::RepeatedCorner).count();
+    report.duplicate_faces = duplicates;
+    report.boundary_loops = fans::boundary_loops(&fans, &boundary);
+    report.diagonal = (max - min).length();
+    report.dropped = dropped;
+
+    let Orientation { flip, sheet, .. } = orientation;
+    mark_flipped(&flip, &mut inner_of, &mut faces.outer_of);
+    let Fans { triangles, welded, outgoing } = fans;
+    let origin = origin_of(min, max);
+    let positions =
+        parallel::table(welded.len(), DVec3::ZERO, progress, |vertex| faces.position(mesh, welded[vertex]) - origin)?;
+    let twins = links.twins;
+    Ok(Connected {
+        triangles,
+        twins,
+        outgoing,
+        boundary,
+        positions,
+        origin,
+        sheet,
+        inner_of,
+        outer_of: faces.outer_of,
+        min,
+        max,
+        report,
+    })
+}
+
+fn check_size(mesh: &TriangleMesh, sifted: &Sifted) -> Result<(), SurfaceError> {
+    if let (true, Some(&(first, reason))) = (sifted.kept.is_empty(), sifted.dropped.first()) {
+        return Err(SurfaceError::NoUsableFaces { faces: mesh.faces.len(), first, reason });
+    }
+    let Sifted { min, max, .. } = sifted;
+    let diagonal = (max - min).length();
+    if !(1e-60..=1e60).contains(&diagonal) || min.abs().max(max.abs()).max_element() > 1e75 {
+        return Err(SurfaceError::Scale { diagonal });
     }
     Ok(())
 }
 
-/// Hashes the faces in input order with the positions of their vertices.
-fn fingerprint(triangles: &[[u32; 3]], inner_of: &[u32], positions: &[DVec3], origin: DVec3) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut mix = |word: u64| {
-        hash = (hash ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd);
-        hash ^= hash >> 32;
-    };
-    positions.iter().for_each(|p| (*p + origin).to_array().iter().for_each(|x| mix(x.to_bits())));
-    for inner in inner_of {
-        mix(u64::from(*inner == DROPPED));
-        if let Some(t) = triangles.get((inner & !FLIPPED) as usize) {
-            mix(u64::from(inner >> 31));
-            t.iter().for_each(|v| mix(u64::from(*v)));
-        }
+/// Links sides, after dropping faces that are there already; also tells how many had the corners of an earlier one.
+fn link_distinct(
+    faces: &mut Arranged,
+    dropped: &mut Vec<(FaceId, DropReason)>,
+    progress: &BuildProgress,
+) -> Result<(Adjacency, usize), SurfaceError> {
+    let vertices = faces.input_vertex.len();
+    let links = adjacency::link(&faces.triangles, vertices, progress)?;
+    let copies = sift::copies(&mut links.copies(&faces.triangles), &faces.triangles, &faces.outer_of);
+    if copies.superfluous.is_empty() {
+        return Ok((links, copies.duplicates));
     }
-    hash
+    drop(links);
+    let outer = |face: &u32| FaceId(faces.outer_of[*face as usize]);
+    dropped.extend(copies.superfluous.iter().map(|face| (outer(face), DropReason::Duplicate)));
+    dropped.sort_unstable_by_key(|d| d.0);
+    faces.retain(|face| !copies.superfluous.contains(&face));
+    Ok((adjacency::link(&faces.triangles, vertices, progress)?, copies.duplicates))
+}
+
+fn mark_flipped(flip: &[bool], inner_of: &mut [u32], outer_of: &mut [u32]) {
+    for (inner, outer) in outer_of.iter_mut().enumerate().filter(|(inner, _)| flip[*inner]) {
+        inner_of[*outer as usize] = inner as u32 | FLIPPED;
+        *outer |= FLIPPED;
+    }
 }
 
 /// Where inner coordinates begin. Differences of neighbouring positions are exact, but points between them are not: a model a
@@ -145,147 +166,75 @@ fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
     if center.abs().max_element() > FAR * (max - min).length() { center } else { DVec3::ZERO }
 }
 
-fn bounds(triangles: &[[u32; 3]], positions: &[DVec3]) -> (DVec3, DVec3) {
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    triangles.iter().flatten().map(|v| positions[*v as usize]).fold(start, |(lo, hi), p| (lo.min(p), hi.max(p)))
-}
-
-/// Counts what the mesh looked like before repair. `isolated_vertices` holds the *used* vertices until the caller turns it
-/// round.
-fn survey_links(triangles: &[[u32; 3]], links: &Adjacency, vertices: usize) -> SurfaceReport {
-    let mut used = vec![false; vertices];
-    let mut pieces = UnionFind::new(vertices);
-    for t in triangles {
-        t.iter().for_each(|v| used[*v as usize] = true);
-        pieces.union(t[0], t[1]);
-        pieces.union(t[1], t[2]);
-    }
-    let mut fans = UnionFind::new(triangles.len() * 3);
-    let mut join = |a: HalfEdge, b: HalfEdge| {
-        let origin = |h: HalfEdge| triangles[h.face() as usize][h.side()];
-        let (mut c, d) = (b, b.next());
-        let other = if origin(a) == origin(b) { d } else { std::mem::replace(&mut c, d) };
-        fans.union(a.index() as u32, c.index() as u32);
-        fans.union(a.next().index() as u32, other.index() as u32);
+/// Measures what is connected.
+fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, SurfaceError> {
+    // The tree takes more memory while it is built than all that comes after it.
+    let (bvh, fingerprint) =
+        parallel::join(|| Bvh::build(&parts.positions, &parts.triangles, progress), || fingerprint(&parts, progress));
+    let (bvh, fingerprint) = (bvh?, fingerprint?);
+    progress.step(850)?;
+    let lengths = measure::lengths(&parts.triangles, &parts.positions, progress)?;
+    progress.step(900)?;
+    let (angles, (sheets, extremes)) = parallel::join(
+        || measure::angles(&parts.triangles, &lengths, parts.positions.len(), progress),
+        || {
+            parallel::join(
+                || measure::sheets(&lengths, &parts.sheet, parts.report.sheets, progress),
+                || measure::extremes(&lengths, progress),
+            )
+        },
+    );
+    let ((angle, smallest_angle), sheets, extremes) = (angles?, sheets?, extremes?);
+    let report = SurfaceReport {
+        degenerate_faces: parts.report.degenerate_faces + extremes.degenerate,
+        shortest_edge: extremes.shortest,
+        longest_edge: extremes.longest,
+        smallest_angle,
+        ..parts.report
     };
-    for (face, row) in links.twins.iter().enumerate() {
-        for (k, twin) in row.iter().enumerate().filter(|(_, t)| t.is_some()) {
-            join(HalfEdge::new(face as u32, k as u32), *twin);
-        }
-    }
-    for run in &links.crowded {
-        run.windows(2).for_each(|w| join(w[0], w[1]));
-    }
-    let mut fans_at = vec![0_u32; vertices];
-    for (i, v) in triangles.iter().flatten().enumerate() {
-        fans_at[*v as usize] += u32::from(fans.is_root(i as u32));
-    }
-    let used_count = used.iter().filter(|u| **u).count();
-    SurfaceReport {
-        isolated_vertices: used_count,
-        components: (0..vertices as u32).filter(|v| used[*v as usize] && pieces.is_root(*v)).count(),
-        boundary_edges: links.boundary_edges,
-        nonmanifold_edges: links.nonmanifold_edges,
-        nonmanifold_vertices: fans_at.iter().filter(|n| **n > 1).count(),
-        euler_characteristic: used_count as i64 - links.edges as i64 + triangles.len() as i64,
-        ..SurfaceReport::default()
-    }
+    progress.step(1000)?;
+    Ok(Surface {
+        triangles: parts.triangles,
+        twins: parts.twins,
+        lengths,
+        positions: parts.positions,
+        origin: parts.origin,
+        outgoing: parts.outgoing,
+        angle,
+        boundary: parts.boundary,
+        sheet: parts.sheet,
+        slack: sheets.slack,
+        mean_edge: sheets.mean_edge,
+        inner_of: parts.inner_of,
+        outer_of: parts.outer_of,
+        fingerprint,
+        min: parts.min,
+        max: parts.max,
+        report,
+        bvh,
+    })
 }
 
-/// Turns flipped faces over and puts all into the new order. Flipping swaps the second and third corner, so that side k
-/// becomes side 2 − k.
-fn reorder(
-    triangles: &[[u32; 3]],
-    twins: &[[HalfEdge; 3]],
-    flip: &[bool],
-    order: &[u32],
-) -> (Vec<[u32; 3]>, Vec<[HalfEdge; 3]>) {
-    let mut place = vec![0_u32; triangles.len()];
-    for (new, &old) in order.iter().enumerate() {
-        place[old as usize] = new as u32;
-    }
-    let renamed = |h: HalfEdge| {
-        if !h.is_some() {
-            return h;
-        }
-        let side = h.side() as u32;
-        HalfEdge::new(place[h.face() as usize], if flip[h.face() as usize] { 2 - side } else { side })
+/// Hashes the faces in input order with the positions of their vertices.
+fn fingerprint(parts: &Connected, progress: &BuildProgress) -> Result<u64, SurfaceError> {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut mix = |word: u64| {
+        hash = (hash ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        hash ^= hash >> 32;
     };
-    order
-        .iter()
-        .map(|&old| {
-            let (t, row) = (triangles[old as usize], twins[old as usize].map(renamed));
-            if flip[old as usize] { ([t[0], t[2], t[1]], [row[2], row[1], row[0]]) } else { (t, row) }
-        })
-        .unzip()
-}
-
-/// Renumbers vertices by their first use in input order, which is what [`VertexId`](super::VertexId) promises.
-fn number_by_input(mut fans: fans::Fans, order: &[u32]) -> fans::Fans {
-    const UNSEEN: u32 = u32::MAX;
-    let mut place = vec![0_u32; order.len()];
-    for (new, &old) in order.iter().enumerate() {
-        place[old as usize] = new as u32;
+    for positions in parts.positions.chunks(PIECE) {
+        progress.check()?;
+        positions.iter().for_each(|p| (*p + parts.origin).to_array().iter().for_each(|x| mix(x.to_bits())));
     }
-    let mut name = vec![UNSEEN; fans.welded.len()];
-    let mut next = 0;
-    for &inner in &place {
-        for v in fans.triangles[inner as usize] {
-            if name[v as usize] == UNSEEN {
-                name[v as usize] = next;
-                next += 1;
+    for faces in parts.inner_of.chunks(PIECE) {
+        progress.check()?;
+        for inner in faces {
+            mix(u64::from(*inner == DROPPED));
+            if let Some(t) = parts.triangles.get((inner & !FLIPPED) as usize) {
+                mix(u64::from(inner >> 31));
+                t.iter().for_each(|v| mix(u64::from(*v)));
             }
         }
     }
-    fans.triangles.iter_mut().flatten().for_each(|v| *v = name[*v as usize]);
-    let mut welded = vec![0; fans.welded.len()];
-    let mut outgoing = vec![HalfEdge::NONE; fans.outgoing.len()];
-    for (old, &new) in name.iter().enumerate() {
-        welded[new as usize] = fans.welded[old];
-        outgoing[new as usize] = fans.outgoing[old];
-    }
-    fans.welded = welded;
-    fans.outgoing = outgoing;
-    fans
-}
-
-/// Fills in lengths, angles, boundary marks and the slack of each sheet.
-fn measure(surface: &mut Surface, sheets: usize) {
-    let Surface { triangles, twins, positions, lengths, angle, boundary, slack, mean_edge, sheet, report, .. } =
-        surface;
-    lengths.reserve_exact(triangles.len());
-    let mut sums = vec![(0.0_f64, 0_usize); sheets];
-    let (mut shortest, mut longest, mut smallest) = (f64::INFINITY, 0.0_f64, f64::INFINITY);
-    for (face, t) in triangles.iter().enumerate() {
-        let p = t.map(|v| positions[v as usize]);
-        // Both faces of an edge must see the same bits, so always measure from the smaller vertex number.
-        let side = |i: usize, j: usize| if t[i] < t[j] { (p[j] - p[i]).length() } else { (p[i] - p[j]).length() };
-        let l = [side(0, 1), side(1, 2), side(2, 0)];
-        lengths.push(l);
-        for k in 0..3 {
-            let corner = metric::corner_angle(l[k], l[(k + 2) % 3], l[(k + 1) % 3]);
-            smallest = smallest.min(corner);
-            angle[t[k] as usize] += corner;
-            if !twins[face][k].is_some() {
-                boundary[t[k] as usize] = true;
-                boundary[t[(k + 1) % 3] as usize] = true;
-            }
-            shortest = shortest.min(l[k]);
-            longest = longest.max(l[k]);
-        }
-        let side = l[0].max(l[1]).max(l[2]);
-        report.degenerate_faces += usize::from(2.0 * metric::area(l[0], l[1], l[2]) <= 1e-10 * side * side);
-        let sum = &mut sums[sheet[face] as usize];
-        *sum = (sum.0 + l[0] + l[1] + l[2], sum.1 + 3);
-    }
-    mean_edge.extend(sums.iter().map(|(sum, count)| sum / (*count).max(1) as f64));
-    slack.resize(sheets, 0.0);
-    for (face, l) in lengths.iter().enumerate() {
-        let s = sheet[face] as usize;
-        let least = MOLLIFICATION * mean_edge[s];
-        for k in 0..3 {
-            slack[s] = slack[s].max(least - (l[k] + l[(k + 1) % 3] - l[(k + 2) % 3]));
-        }
-    }
-    (report.shortest_edge, report.longest_edge, report.smallest_angle) = (shortest, longest, smallest);
+    Ok(hash)
 }

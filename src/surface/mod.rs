@@ -4,18 +4,23 @@
 //! their place in the input throughout; the order and orientation used inside are private.
 
 mod adjacency;
+mod arranged;
+mod buckets;
 mod build;
 mod bvh;
 mod fans;
 mod ids;
+mod measure;
+mod memory;
 pub(crate) mod metric;
 mod morton;
 mod options;
 mod orientation;
+mod parallel;
 mod point;
 mod report;
 pub mod shapes;
-mod sort;
+mod sift;
 #[expect(clippy::module_inception, reason = "the file of `Surface` is called surface, like every type's file")]
 mod surface;
 mod survey;
@@ -27,6 +32,7 @@ mod weld;
 pub(crate) use bvh::Bvh;
 pub(crate) use ids::HalfEdge;
 pub use ids::{FaceId, VertexId};
+pub use memory::{ArrayMemory, SurfaceMemory};
 pub use options::{BuildProgress, NonManifoldEdges, NonManifoldVertices, NonOrientable, SurfaceOptions};
 pub use point::{PointElement, PointError, SurfacePoint};
 pub use report::{DropReason, SurfaceError, SurfaceReport};

@@ -1,22 +1,27 @@
 //! An order of faces in which neighbours in space are near in memory.
 
-use glam::DVec3;
+use super::{BuildProgress, SurfaceError, TriangleMesh, buckets::Buckets, parallel, sift::Sifted};
 
-/// Faces sorted along the Morton curve of their centroids; ties keep the given order.
-pub(crate) fn order(triangles: &[[u32; 3]], positions: &[DVec3], min: DVec3, max: DVec3) -> Vec<u32> {
-    let extent = (max - min).max_element();
+/// How many of a cell's 63 bits faces are grouped by before they are sorted: a million faces lie in some thousand of the
+/// 2^15 cells that a cube is cut into.
+const COARSE_BITS: u32 = 15;
+
+/// The kept faces sorted along the Morton curve of their centroids; ties keep the input's order.
+///
+/// # Errors
+/// [`SurfaceError::Cancelled`].
+pub(crate) fn order(mesh: &TriangleMesh, sifted: &Sifted, progress: &BuildProgress) -> Result<Vec<u32>, SurfaceError> {
+    let (kept, min) = (&sifted.kept, sifted.min);
+    let extent = (sifted.max - min).max_element();
     let scale = if extent > 0.0 { f64::from((1_u32 << 21) - 1) / extent } else { 0.0 };
-    let mut keyed: Vec<(u64, u32)> = triangles
-        .iter()
-        .enumerate()
-        .map(|(face, t)| {
-            let [a, b, c] = t.map(|v| positions[v as usize] - min);
-            let cell = (a + b + c) / 3.0 * scale;
-            (spread(cell.x as u64) | spread(cell.y as u64) << 1 | spread(cell.z as u64) << 2, face as u32)
-        })
-        .collect();
-    super::sort::sort_distinct(&mut keyed);
-    keyed.into_iter().map(|(_, face)| face).collect()
+    let cells: Vec<u64> = parallel::table(kept.len(), 0, progress, |i| {
+        let [a, b, c] = mesh.faces[kept[i] as usize].map(|v| mesh.positions[v as usize] - min);
+        let cell = (a + b + c) / 3.0 * scale;
+        spread(cell.x as u64) | spread(cell.y as u64) << 1 | spread(cell.z as u64) << 2
+    })?;
+    let keyed = || cells.iter().zip(kept).map(|(cell, face)| ((cell >> (63 - COARSE_BITS)) as u32, (*cell, *face)));
+    let sorted = Buckets::new(1 << COARSE_BITS, keyed, progress)?;
+    parallel::table(kept.len(), 0, progress, |i| sorted.items()[i].1)
 }
 
 /// Puts two zero bits after each of the low 21 bits.

@@ -69,6 +69,11 @@ impl BuildProgress {
 
     pub(crate) fn step(&self, permille: u32) -> Result<(), super::SurfaceError> {
         self.permille.store(permille, Ordering::Relaxed);
+        self.check()
+    }
+
+    /// Ends a build that was cancelled.
+    pub(crate) fn check(&self) -> Result<(), super::SurfaceError> {
         if self.cancelled.load(Ordering::Relaxed) { Err(super::SurfaceError::Cancelled) } else { Ok(()) }
     }
 }

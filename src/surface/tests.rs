@@ -273,3 +273,77 @@ fn far_away_nothing_is_lost() {
     assert_eq!(there.corners(FaceId(5)).unwrap(), mesh.faces[5].map(|v| mesh.positions[v as usize]));
     assert!(there.ray(far + DVec3::X * 5.0, -DVec3::X).is_some());
 }
+
+#[test]
+fn refusals_name_input_faces() {
+    // Faces without use in front, and the one that is named last in memory.
+    let positions = vec![DVec3::ONE, DVec3::splat(0.9), DVec3::X, DVec3::Y, DVec3::ZERO, DVec3::Z];
+    let faces = vec![[1, 1, 2], [0, 0, 2], [0, 1, 2], [1, 0, 3], [0, 1, 4], [4, 2, 5], [5, 2, 4]];
+    let mesh = TriangleMesh { positions, faces };
+    let refuse = SurfaceOptions { nonmanifold_edges: NonManifoldEdges::Refuse, ..Default::default() };
+    let error = Surface::build(&mesh, &refuse).unwrap_err();
+    assert_eq!(error, SurfaceError::NonManifoldEdge { face: FaceId(2), count: 3 });
+    let refuse = SurfaceOptions { nonmanifold_vertices: NonManifoldVertices::Refuse, ..Default::default() };
+    let error = Surface::build(&mesh, &refuse).unwrap_err();
+    assert!(matches!(error, SurfaceError::NonManifoldVertex { face, .. } if face >= FaceId(2)), "{error}");
+}
+
+/// A torus large enough to be cut into pieces, with some of everything that is repaired.
+fn large_and_broken() -> TriangleMesh {
+    let mut mesh = shapes::torus(2.0, 0.7, 220, 110);
+    let n = mesh.faces.len();
+    for i in 0..n {
+        mesh.faces.swap(i, (i * 7919 + 13) % n);
+    }
+    mesh.faces.iter_mut().step_by(7).for_each(|t| t.swap(1, 2));
+    mesh.faces.push(mesh.faces[5]);
+    let [a, b, c] = mesh.faces[9];
+    let new = mesh.positions.len() as u32;
+    mesh.positions.extend([DVec3::ONE, -DVec3::ONE]);
+    mesh.faces.extend([[a, b, new], [c, new, new + 1], [a, a, b]]);
+    mesh
+}
+
+#[cfg(feature = "parallel")]
+#[test]
+fn threads_leave_no_trace() {
+    let mesh = large_and_broken();
+    let [one, five] = [1, 5].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| format!("{:?}", built(&mesh)))
+    });
+    assert!(one == five);
+}
+
+#[test]
+fn a_build_can_be_watched_and_stopped() {
+    let mesh = large_and_broken();
+    for wait in 0..20 {
+        let progress = BuildProgress::default();
+        let (mut last, mut grew) = (0.0, true);
+        let result = std::thread::scope(|scope| {
+            let build = scope.spawn(|| Surface::build_observed(&mesh, &SurfaceOptions::default(), &progress));
+            for _ in 0..wait * 20 {
+                let now = progress.fraction();
+                (last, grew) = (now, grew && now >= last);
+                std::thread::sleep(std::time::Duration::from_micros(10));
+            }
+            progress.cancel();
+            build.join().unwrap()
+        });
+        assert!(grew && (0.0..=1.0).contains(&last));
+        assert!(result.is_ok() || result.is_err_and(|e| e == SurfaceError::Cancelled));
+    }
+}
+
+#[test]
+fn memory_is_counted() {
+    let surface = built(&shapes::torus(2.0, 0.7, 100, 50));
+    let memory = surface.memory();
+    let of = |name| memory.arrays.iter().find(|array| array.name == name).unwrap().bytes;
+    assert_eq!(of("corners of faces"), 12 * surface.face_count());
+    assert_eq!(of("positions of vertices"), 24 * surface.vertex_count());
+    assert!(memory.bytes() < 110 * surface.face_count());
+    assert!(memory.arrays.is_sorted_by(|a, b| a.bytes >= b.bytes));
+    assert_eq!(memory.to_string().lines().count(), memory.arrays.len() + 1);
+}

@@ -107,7 +107,7 @@ pub(super) fn closest_to_origin(corners: [DVec3; 3], order: [u32; 3]) -> ([f64; 
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{Mesh, Random, moved, soup, sphere};
+    use super::super::tests::{Mesh, Random, moved, soup, sphere, tree};
     use super::*;
 
     /// Distance to a triangle by nested ternary search: it is convex in every weight.
@@ -149,7 +149,7 @@ mod tests {
     fn random_points_agree_with_all_faces() {
         let mut random = Random(21);
         let mesh = soup(800, &mut random);
-        let bvh = Bvh::build(&mesh.0, &mesh.1);
+        let bvh = tree(&mesh);
         for round in 0..1000 {
             let p = random.place() * if round % 4 == 0 { 30.0 } else { 1.2 };
             let found = check(&mesh, &bvh, p, 1e-13);
@@ -181,7 +181,7 @@ mod tests {
         let sphere = sphere(4);
         for (scale, by) in [(1e-3, DVec3::new(1e6, -2e6, 1e6)), (1e50, DVec3::ZERO), (1e-50, DVec3::ZERO)] {
             let mesh = moved(&sphere, scale, by);
-            let bvh = Bvh::build(&mesh.0, &mesh.1);
+            let bvh = tree(&mesh);
             for _ in 0..100 {
                 let p = by + random.place() * 2.0 * scale;
                 let found = check(&mesh, &bvh, p, 1e-13 * scale + 1e-15 * by.length());
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn ties_go_to_the_smaller_face() {
         let mesh = sphere(2);
-        let bvh = Bvh::build(&mesh.0, &mesh.1);
+        let bvh = tree(&mesh);
         let smallest =
             |corners: &[u32]| mesh.1.iter().position(|t| corners.iter().all(|c| t.contains(c))).unwrap() as u32;
         for &[a, b, _] in &mesh.1 {
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn regions_give_exact_weights() {
         let (positions, triangles) = ([DVec3::ZERO, DVec3::X * 4.0, DVec3::Y * 4.0], [[0, 1, 2]]);
-        let bvh = Bvh::build(&positions, &triangles);
+        let bvh = tree(&(positions.to_vec(), triangles.to_vec()));
         let closest = |x, y, limit| {
             let found = bvh.closest(&positions, &triangles, DVec3::new(x, y, 3.0), limit);
             found.map(|found| (found.weights, found.distance))

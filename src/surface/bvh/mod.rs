@@ -9,12 +9,13 @@
 //! larger than their faces by [`BOX_PAD`], and each query widens them by what its own arithmetic can lose
 //! ([`Frame::pad`]).
 
-use std::ops::Range;
-
 use glam::{DVec3, Vec3, Vec3Swizzles};
+
+use super::{ArrayMemory, BuildProgress, SurfaceError, memory, parallel};
 
 mod closest;
 mod ray;
+mod split;
 
 /// Most faces in a leaf.
 const LEAF: usize = 4;
@@ -38,33 +39,25 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the tree. O(F log F) for faces in Morton order (0.3 s for 1.3 M), at most O([`MAX_DEPTH`] · F) for any.
-    pub(crate) fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let frame = Frame::around(positions, triangles);
-        let faces = 0..triangles.len();
-        let bounds: Vec<Bounds> = faces.clone().map(|face| frame.bounds(positions, triangles, face as u32)).collect();
-        let mut splitter = Splitter { areas_right: vec![0.0; bounds.len()], bounds, nodes: Vec::new() };
-        splitter.node(faces, MAX_DEPTH as u32);
-        let mut bvh = Self { frame, nodes: splitter.nodes };
-        bvh.fit_boxes(positions, triangles);
-        bvh
+    /// Builds the tree. O(F log F) for faces in Morton order (0.3 s for 1.3 M on one thread), at most O([`MAX_DEPTH`] · F)
+    /// for any. The same tree on however many threads.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Cancelled`].
+    pub(crate) fn build(
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        progress: &BuildProgress,
+    ) -> Result<Self, SurfaceError> {
+        let frame = Frame::around(positions, triangles, progress)?;
+        let bounds = |face: usize| frame.bounds(positions, triangles, face as u32);
+        let bounds = parallel::table(triangles.len(), Bounds::EMPTY, progress, bounds)?;
+        Ok(Self { frame, nodes: split::nodes(bounds, MAX_DEPTH as u32, progress)? })
     }
 
-    fn fit_boxes(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
-        // Children stand behind their parent, so that going backwards meets them first.
-        for at in (0..self.nodes.len()).rev() {
-            let fitted = self.nodes[at].0.map(|child| {
-                let bounds = if child.count == NODE {
-                    let [left, right] = &self.nodes[child.first as usize].0;
-                    left.bounds.union(right.bounds)
-                } else {
-                    let bounds = child.faces().map(|face| self.frame.bounds(positions, triangles, face));
-                    bounds.fold(Bounds::EMPTY, Bounds::union)
-                };
-                Child { bounds, ..child }
-            });
-            self.nodes[at] = Node(fitted);
-        }
+    /// What the tree holds in memory.
+    pub(crate) fn memory(&self) -> ArrayMemory {
+        memory::array("tree of boxes", &self.nodes)
     }
 
     /// Visits the faces of all boxes that are not beyond a limit, nearer boxes first.
@@ -120,8 +113,9 @@ struct Child {
     count: u32,
 }
 
+#[cfg(test)]
 impl Child {
-    fn faces(&self) -> Range<u32> {
+    fn faces(&self) -> std::ops::Range<u32> {
         self.first..self.first + self.count
     }
 }
@@ -156,6 +150,9 @@ impl Bounds {
     }
 }
 
+/// The corners of a box around nothing.
+const NOWHERE: (DVec3, DVec3) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+
 /// The coordinates in which boxes are kept: from the mesh's centre, in units of a power of two near half its extent.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
@@ -165,14 +162,17 @@ struct Frame {
 }
 
 impl Frame {
-    fn around(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    fn around(positions: &[DVec3], triangles: &[[u32; 3]], progress: &BuildProgress) -> Result<Self, SurfaceError> {
         // Corners, not all positions: unused ones may lie anywhere.
-        for &index in triangles.as_flattened() {
-            if let Some(&p) = positions.get(index as usize) {
-                (min, max) = (min.min(p), max.max(p));
-            }
-        }
+        let pieces = parallel::map_pieces(triangles.len(), progress, |faces| {
+            let corners = triangles[faces].as_flattened().iter().filter_map(|index| positions.get(*index as usize));
+            corners.fold(NOWHERE, |(min, max), &p| (min.min(p), max.max(p)))
+        })?;
+        let (min, max) = pieces.into_iter().fold(NOWHERE, |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        Ok(Self::of_box(min, max))
+    }
+
+    fn of_box(min: DVec3, max: DVec3) -> Self {
         // Halves first: the sum of two large coordinates may overflow.
         let (centre, half) = (min * 0.5 + max * 0.5, (max * 0.5 - min * 0.5).max_element());
         if !centre.is_finite() || !(1e-200..1e300).contains(&half) {
@@ -219,68 +219,16 @@ fn corners(positions: &[DVec3], triangles: &[[u32; 3]], face: u32) -> Option<[DV
     Some([*positions.get(a as usize)?, *positions.get(b as usize)?, *positions.get(c as usize)?])
 }
 
-/// Cuts ranges of faces into nodes.
-struct Splitter {
-    bounds: Vec<Bounds>,
-    /// For every cut of the range at hand, the area of the box on its right.
-    areas_right: Vec<f32>,
-    nodes: Vec<Node>,
-}
-
-impl Splitter {
-    /// Makes the node of a range, with its subtree below it, at most `levels` nodes deep; the boxes stay empty.
-    fn node(&mut self, range: Range<usize>, levels: u32) -> u32 {
-        let at = self.nodes.len();
-        self.nodes.push(Node([Child { bounds: Bounds::EMPTY, first: 0, count: 0 }; 2]));
-        let cut = self.cut(range.clone(), levels);
-        let children = [range.start..cut, cut..range.end].map(|part| {
-            let (first, count) = if part.len() <= LEAF {
-                (part.start as u32, part.len() as u32)
-            } else {
-                (self.node(part, levels - 1), NODE)
-            };
-            Child { bounds: Bounds::EMPTY, first, count }
-        });
-        self.nodes[at] = Node(children);
-        at as u32
-    }
-
-    /// Where to cut a range: least sum of area · faces of the two boxes, or the middle if the levels would not suffice.
-    fn cut(&mut self, range: Range<usize>, levels: u32) -> usize {
-        let middle = range.start + range.len() / 2;
-        // Halving needs this many levels below; a heuristic cut may take all the faces but one along.
-        let needed = range.len().div_ceil(LEAF).next_power_of_two().ilog2();
-        if needed >= levels || range.len() <= 2 {
-            return middle;
-        }
-        let bounds = &self.bounds[range.clone()];
-        let areas_right = &mut self.areas_right[range.clone()];
-        let mut right = Bounds::EMPTY;
-        for (area, face) in areas_right.iter_mut().zip(bounds).rev() {
-            right = right.union(*face);
-            *area = right.area();
-        }
-        let half = bounds.len() / 2;
-        let (mut best, mut least) = (half, f32::INFINITY);
-        let mut left = bounds[0];
-        for cut in 1..bounds.len() {
-            let cost = left.area() * cut as f32 + areas_right[cut] * (bounds.len() - cut) as f32;
-            // Where all boxes are alike, the middle: a chain would be as cheap by this count.
-            if cost < least || (cost == least && cut.abs_diff(half) < best.abs_diff(half)) {
-                (best, least) = (cut, cost);
-            }
-            left = left.union(bounds[cut]);
-        }
-        range.start + best
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// Positions and triangles.
     pub(super) type Mesh = (Vec<DVec3>, Vec<[u32; 3]>);
+
+    pub(super) fn tree(mesh: &Mesh) -> Bvh {
+        Bvh::build(&mesh.0, &mesh.1, &BuildProgress::default()).unwrap()
+    }
 
     /// Splitmix64.
     pub(super) struct Random(pub(super) u64);
@@ -375,38 +323,9 @@ mod tests {
         let soup = soup(300, &mut random);
         for (scale, by) in [(1.0, DVec3::ZERO), (1e-3, DVec3::splat(1e6)), (1e60, DVec3::ZERO), (1e-60, DVec3::ZERO)] {
             let mesh = moved(&soup, scale, by);
-            let bvh = Bvh::build(&mesh.0, &mesh.1);
+            let bvh = tree(&mesh);
             assert_eq!(check_boxes(&bvh, &mesh, 0, EVERYWHERE, 1), 300);
         }
-    }
-
-    fn depth(nodes: &[Node], node: u32) -> usize {
-        let below = nodes[node as usize].0.map(|child| if child.count == NODE { depth(nodes, child.first) } else { 0 });
-        1 + below[0].max(below[1])
-    }
-
-    #[test]
-    fn depth_is_bounded_where_areas_ask_for_a_chain() {
-        // Every box dwarfs all before it: the heuristic cuts off one at a time.
-        let boxes = |faces: i32, growth: f32| -> Vec<Bounds> {
-            (0..faces).map(|face| Bounds { min: Vec3::ZERO, max: Vec3::splat(growth.powi(face)) }).collect()
-        };
-        let split = |bounds: Vec<Bounds>, levels: u32| {
-            let faces = bounds.len();
-            let mut splitter = Splitter { areas_right: vec![0.0; faces], bounds, nodes: Vec::new() };
-            splitter.node(0..faces, levels);
-            let leaves = splitter.nodes.iter().flat_map(|node| node.0).filter(|child| child.count != NODE);
-            let mut found: Vec<u32> = leaves.flat_map(|leaf| leaf.faces()).collect();
-            found.sort_unstable();
-            assert!(found.into_iter().eq(0..faces as u32));
-            depth(&splitter.nodes, 0)
-        };
-        assert_eq!(split(boxes(20, 8.0), 64), 16);
-        for levels in 3..=16 {
-            assert!(split(boxes(20, 8.0), levels) <= levels as usize);
-        }
-        // Equal boxes leave no cut better than another.
-        assert_eq!(split(boxes(1024, 1.0), 64), 8);
     }
 
     #[test]
@@ -420,20 +339,17 @@ mod tests {
             }
         }
         for (positions, triangles) in &meshes {
-            let bvh = Bvh::build(positions, triangles);
-            for round in 0..2 {
-                for (x, y) in odd.iter().flat_map(|x| odd.map(|y| (*x, y))) {
-                    let (p, d) = (DVec3::new(x, y, 0.3), DVec3::new(y, x, x));
-                    let hit = bvh.ray(positions, triangles, p, d, y);
-                    assert!(hit.is_none_or(|hit| hit.weights.iter().all(|w| *w >= 0.0)), "{hit:?}");
-                    bvh.ray_all(positions, triangles, p, d, y, &mut |hit| assert!(hit.distance >= 0.0));
-                    let closest = bvh.closest(positions, triangles, p, y);
-                    assert!(closest.is_none_or(|c| c.weights.iter().all(|w| *w >= 0.0)), "{closest:?}");
-                    if !p.is_finite() || y.is_nan() || y < 0.0 {
-                        assert!(hit.is_none() && closest.is_none());
-                    }
+            let bvh = Bvh::build(positions, triangles, &BuildProgress::default()).unwrap();
+            for (x, y) in odd.iter().flat_map(|x| odd.map(|y| (*x, y))) {
+                let (p, d) = (DVec3::new(x, y, 0.3), DVec3::new(y, x, x));
+                let hit = bvh.ray(positions, triangles, p, d, y);
+                assert!(hit.is_none_or(|hit| hit.weights.iter().all(|w| *w >= 0.0)), "{hit:?}");
+                bvh.ray_all(positions, triangles, p, d, y, &mut |hit| assert!(hit.distance >= 0.0));
+                let closest = bvh.closest(positions, triangles, p, y);
+                assert!(closest.is_none_or(|c| c.weights.iter().all(|w| *w >= 0.0)), "{closest:?}");
+                if !p.is_finite() || y.is_nan() || y < 0.0 {
+                    assert!(hit.is_none() && closest.is_none());
                 }
-                if round == 0 {}
             }
         }
     }

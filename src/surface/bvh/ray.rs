@@ -183,7 +183,7 @@ fn determinant(a: f64, b: f64, c: f64, d: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{Mesh, Random, moved, soup, sphere};
+    use super::super::tests::{Mesh, Random, moved, soup, sphere, tree};
     use super::*;
 
     /// Möller & Trumbore (1997): distance along the unit direction.
@@ -210,7 +210,7 @@ mod tests {
         let seed = 11;
         let mut random = Random(seed);
         let mesh = soup(800, &mut random);
-        let bvh = Bvh::build(&mesh.0, &mesh.1);
+        let bvh = tree(&mesh);
         let faces = |face: u32| corners(&mesh.0, &mesh.1, face).unwrap();
         let mut found = 0;
         for round in 0..1000 {
@@ -245,7 +245,7 @@ mod tests {
         let mut random = Random(12);
         for (scale, by, away) in [(1.0, DVec3::ZERO, 1.0), (1e-3, DVec3::splat(1e6), 1.0), (1.0, DVec3::ZERO, 1e12)] {
             let mesh = moved(&sphere(3), scale, by);
-            let bvh = Bvh::build(&mesh.0, &mesh.1);
+            let bvh = tree(&mesh);
             for _ in 0..300 {
                 let origin = random.place() * away * scale + by;
                 let direction = mesh.0[(random.number().abs() * 200.0) as usize] - origin;
@@ -265,7 +265,7 @@ mod tests {
 
     /// Rays from inside a closed mesh at each corner and the middle of each side.
     fn check_watertight(mesh: &Mesh, origin: DVec3) {
-        let bvh = Bvh::build(&mesh.0, &mesh.1);
+        let bvh = tree(mesh);
         for &[a, b, c] in &mesh.1 {
             for (i, j) in [(a, a), (b, b), (c, c), (a, b), (b, c), (c, a)] {
                 let direction = mesh.0[i as usize] * 0.5 + mesh.0[j as usize] * 0.5 - origin;
@@ -301,7 +301,7 @@ mod tests {
         let positions = [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)];
         let positions = positions.map(|(x, y)| DVec3::new(x, y, 0.1 * x - 0.3 * y));
         let triangles = [[0, 3, 2], [0, 2, 1], [0, 1, 4], [1, 2, 4]];
-        let bvh = Bvh::build(&positions, &triangles);
+        let bvh = tree(&(positions.to_vec(), triangles.to_vec()));
         let mut random = Random(14);
         for _ in 0..2000 {
             let at = positions[2] * (0.5 + 0.4 * random.number());
@@ -316,7 +316,7 @@ mod tests {
     #[test]
     fn hits_are_closed_form_on_one_face() {
         let (positions, triangles) = ([DVec3::ZERO, DVec3::X * 4.0, DVec3::Y * 4.0], [[0, 1, 2]]);
-        let bvh = Bvh::build(&positions, &triangles);
+        let bvh = tree(&(positions.to_vec(), triangles.to_vec()));
         let ray = |x, y, z, limit| {
             let hit = bvh.ray(&positions, &triangles, DVec3::new(x, y, z), DVec3::Z * -1e-200 * z, limit);
             hit.map(|hit| (hit.weights, hit.distance))
