@@ -140,7 +140,11 @@ impl PathFinder {
             let found = self.search.run(surface, first, second, &mut strip);
             let result = match found {
                 Some(ends) => {
-                    self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
+                    if quality == PathQuality::Fast {
+                        self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
+                    } else {
+                        self.straightener.run_thoroughly(surface, ends.start, ends.end, &mut strip, out);
+                    }
                     if quality == PathQuality::Best {
                         self.look_back(surface, first, second, &mut strip, out);
                     }
@@ -169,7 +173,7 @@ impl PathFinder {
         let found = self.back.run_back(surface, to, from, &self.search, path.length, strip);
         let Some(ends) = found else { return };
         reverse_strip(surface, strip);
-        self.straightener.run(surface, ends.end, ends.start, strip, &mut self.other_path);
+        self.straightener.run_thoroughly(surface, ends.end, ends.start, strip, &mut self.other_path);
         if self.other_path.length < path.length * SHORTER && !self.other_path.frozen {
             std::mem::swap(path, &mut self.other_path);
         }
@@ -442,6 +446,29 @@ mod tests {
                 assert!(relative.abs() < 5e-3, "{relative}");
             }
         }
+    }
+
+    /// Two points on either side of a blunt tip: both ways around are straight, and one is longer.
+    #[test]
+    fn the_shorter_of_two_ways_around_a_tip_is_found_beside_the_longer() {
+        let half_angle = 75_f64.to_radians();
+        let surface = built(&shapes::cone(60, 1, half_angle));
+        let at = |phi: f64| {
+            let place = 0.5 * DVec3::new(half_angle.sin() * phi.cos(), half_angle.sin() * phi.sin(), half_angle.cos());
+            surface.closest_point(place).unwrap().point
+        };
+        let mut finder = PathFinder::new();
+        let mut long = GeodesicPath::at_rest(at(0.01));
+        for k in 1..=8 {
+            long = finder.continued(&surface, &long, &at(0.01 + 3.2 * f64::from(k) / 8.0)).unwrap();
+        }
+        let inner = InnerPath::from_outer(&surface, &long).unwrap();
+        let mut beside = InnerPath::default();
+        let mut strip = inner.strip.clone();
+        finder.straightener.run_thoroughly(&surface, inner.start, inner.end, &mut strip, &mut beside);
+        let developed = (std::f64::consts::TAU - 3.2) * half_angle.sin();
+        assert!(long.length() > beside.length * 1.0005 && !beside.frozen);
+        assert!((beside.length - (0.5 * developed).sin()).abs() < 1e-3, "{} {}", beside.length, long.length());
     }
 
     #[test]

@@ -20,6 +20,14 @@ pub(crate) struct Bend {
     pub(crate) left: bool,
 }
 
+/// A vertex that the string does not touch but might pass on its other side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beside {
+    /// How much shorter that would be if there were no other vertices around; may be negative.
+    pub(crate) gain: f64,
+    pub(crate) bend: Bend,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     at: DVec2,
@@ -195,6 +203,39 @@ impl Funnel {
         }
     }
 
+    /// Vertices of positive curvature at the sides that the string pulled last crosses, which it could pass on their other
+    /// side without bending there.
+    pub(crate) fn beside(&self, surface: &Surface, strip: &[HalfEdge], bends: &[Bend], out: &mut Vec<Beside>) {
+        out.clear();
+        let mut last = [NO_VERTEX; 2];
+        let mut knots = self.string.windows(2);
+        let mut next_bend = bends.iter().peekable();
+        let Some(mut stretch) = knots.next() else { return };
+        for (i, &h) in strip.iter().enumerate() {
+            while let Some(bend) = next_bend.peek()
+                && i > bend.last
+            {
+                next_bend.next();
+                stretch = knots.next().unwrap_or(stretch);
+            }
+            let ends = [(surface.target(h), self.lefts[i], true), (surface.origin(h), self.rights[i], false)];
+            for ((vertex, at, left), before) in ends.into_iter().zip(last) {
+                let convex = surface.curvature(vertex) > 0.0 && !surface.boundary[vertex as usize];
+                if vertex == before || !convex {
+                    continue;
+                }
+                let gain = gain_beyond(surface.angle[vertex as usize], at, stretch[0].at, stretch[1].at);
+                if let Some(gain) = gain {
+                    let touches =
+                        |h: &&HalfEdge| vertex == if left { surface.target(**h) } else { surface.origin(**h) };
+                    let run = strip[i..].iter().take_while(touches).count();
+                    out.push(Beside { gain, bend: Bend { vertex, first: i, last: i + run - 1, turn: 0.0, left } });
+                }
+            }
+            last = ends.map(|end| end.0);
+        }
+    }
+
     /// Where the string pulled last crosses the sides of its strip: exactly 0 or 1 at the vertices where it bends.
     pub(crate) fn crossings(&self, strip: &[HalfEdge], bends: &[Bend], at: &mut Vec<f64>) {
         at.clear();
@@ -235,6 +276,17 @@ impl Funnel {
             });
         }
     }
+}
+
+/// By how much the way from `a` to `b` gets shorter when it passes a vertex of a total angle on its other side; none where it
+/// would bend there.
+fn gain_beyond(angle: f64, vertex: DVec2, a: DVec2, b: DVec2) -> Option<f64> {
+    let (u, w) = (a - vertex, b - vertex);
+    let here = u.perp_dot(w).abs().atan2(u.dot(w));
+    let there = angle - here;
+    let (p, q) = (u.length(), w.length());
+    let beyond = (p * p + q * q - 2.0 * p * q * there.cos()).max(0.0).sqrt();
+    (there < PI && p > 0.0 && q > 0.0).then(|| a.distance(b) - beyond)
 }
 
 /// By how much the string turns towards a vertex at the end of some sides, from direction `a` to `b`.

@@ -6,7 +6,7 @@
 //! about a star for the test.
 
 use super::{
-    funnel::{Bend, Funnel, straight_through},
+    funnel::{Bend, Beside, Funnel, straight_through},
     inner::{InnerPath, reverse_strip},
 };
 use crate::surface::{HalfEdge, InnerPoint, Surface, Zeros};
@@ -23,6 +23,15 @@ const MAX_STALLED: usize = 8;
 /// How often a straightened path may be moved off vertices it runs straight through; each time it gets shorter.
 const MAX_ROUNDS: usize = 1000;
 
+/// How many vertices beside a path are passed on their other side for a try.
+const MAX_TRIALS: usize = 8;
+/// How often a path may be replaced by one beside it.
+const MAX_DETOURS: usize = 16;
+/// Vertices are tried even where the path would seem to become longer by this share of its length.
+const HOPE: f64 = 1e-3;
+/// A path beside another is shorter only if it is by this factor.
+const SHORTER: f64 = 1.0 - 1e-9;
+
 /// Scratch memory of straightening; linear in the longest strip seen.
 #[derive(Debug, Default)]
 pub(crate) struct Straightener {
@@ -33,6 +42,8 @@ pub(crate) struct Straightener {
     before: Vec<HalfEdge>,
     fan: Vec<HalfEdge>,
     straight_through: Vec<Bend>,
+    beside: Vec<Beside>,
+    kept: Vec<HalfEdge>,
     /// Differences of length below this are rounding; found when lengths are first compared.
     noise: Option<f64>,
     /// Length of the taut string, if the string is up to date with strip and ends.
@@ -54,6 +65,32 @@ impl Straightener {
         strip: &mut [HalfEdge],
         out: &mut InnerPath,
     ) {
+        self.run_with(surface, [start, end], strip, false, out);
+    }
+
+    /// [`run`](Self::run), and then looks beside the path for shorter ones.
+    ///
+    /// Two paths on either side of a vertex of positive curvature may both be locally shortest: a search, which judges
+    /// distances coarsely, may take the longer one.
+    pub(crate) fn run_thoroughly(
+        &mut self,
+        surface: &Surface,
+        start: InnerPoint,
+        end: InnerPoint,
+        strip: &mut [HalfEdge],
+        out: &mut InnerPath,
+    ) {
+        self.run_with(surface, [start, end], strip, true, out);
+    }
+
+    fn run_with(
+        &mut self,
+        surface: &Surface,
+        [start, end]: [InnerPoint; 2],
+        strip: &mut [HalfEdge],
+        thoroughly: bool,
+        out: &mut InnerPath,
+    ) {
         let backwards = order(&end, &start).is_lt();
         if backwards {
             reverse_strip(surface, strip);
@@ -65,16 +102,11 @@ impl Straightener {
         }
         self.noise = None;
         self.taut = None;
-        out.frozen = true;
-        for round in 0..=MAX_ROUNDS {
-            let met_bound =
-                round == MAX_ROUNDS || self.sweep(surface, &mut start, &mut end) || !self.finish(surface, &start, &end);
-            self.pull(surface, &start, &end);
-            self.funnel.crossings(&self.strip, &self.bends, &mut out.at);
-            if met_bound || !self.leave_straight_through(surface, &start, &end, &out.at) {
-                out.frozen = met_bound;
-                break;
-            }
+        out.frozen = self.settle(surface, &mut start, &mut end, &mut out.at);
+        if thoroughly && !out.frozen {
+            let mut rounds = 0..MAX_DETOURS;
+            while rounds.next().is_some() && self.look_beside(surface, &mut start, &mut end, &mut out.at) {}
+            out.frozen = self.settle(surface, &mut start, &mut end, &mut out.at);
         }
         (out.start, out.end) = (start, end);
         out.strip.clear();
@@ -83,6 +115,57 @@ impl Straightener {
         if backwards {
             out.reverse(surface);
         }
+    }
+
+    /// Straightens until the path is locally shortest, and fills in where it crosses sides; says whether a bound was met
+    /// instead.
+    fn settle(&mut self, surface: &Surface, start: &mut InnerPoint, end: &mut InnerPoint, at: &mut Vec<f64>) -> bool {
+        for round in 0..=MAX_ROUNDS {
+            let met_bound = round == MAX_ROUNDS || self.sweep(surface, start, end) || !self.finish(surface, start, end);
+            self.pull(surface, start, end);
+            self.funnel.crossings(&self.strip, &self.bends, at);
+            if met_bound || !self.leave_straight_through(surface, start, end, at) {
+                return met_bound;
+            }
+        }
+        true
+    }
+
+    /// Tries to pass vertices of positive curvature beside the path on their other side, the most promising ones first, and
+    /// straightens what comes of it; says whether that led to a shorter path.
+    fn look_beside(
+        &mut self,
+        surface: &Surface,
+        start: &mut InnerPoint,
+        end: &mut InnerPoint,
+        at: &mut Vec<f64>,
+    ) -> bool {
+        let length = self.pull(surface, start, end);
+        let mut beside = std::mem::take(&mut self.beside);
+        self.funnel.beside(surface, &self.strip, &self.bends, &mut beside);
+        // What is gained there alone is but a hint: vertices near it have their say too.
+        beside.retain(|b| b.gain > -HOPE * length);
+        beside.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.bend.first.cmp(&b.bend.first)));
+        let (mut kept, ends) = (std::mem::take(&mut self.kept), (*start, *end));
+        kept.clone_from(&self.strip);
+        let mut found = false;
+        for Beside { bend, .. } in beside.iter().take(MAX_TRIALS) {
+            if !other_side(surface, &self.strip, bend, &mut self.fan) {
+                continue;
+            }
+            self.splice(surface, bend);
+            let frozen = self.settle(surface, start, end, at);
+            let shorter = self.pull(surface, start, end);
+            if !frozen && shorter < length * SHORTER {
+                found = true;
+                break;
+            }
+            self.strip.clone_from(&kept);
+            (*start, *end) = ends;
+            self.taut = None;
+        }
+        (self.beside, self.kept) = (beside, kept);
+        found
     }
 
     /// Pulls the string taut, unless it is, and gives its length.

@@ -63,12 +63,6 @@ impl HalfEdge {
         self.0 as usize
     }
 
-    /// Dense index `3 · face + side`, for arrays with one entry a half-edge.
-    #[inline]
-    pub(crate) const fn index(self) -> usize {
-        (self.0 - (self.0 >> 2)) as usize
-    }
-
     /// The side that follows counter-clockwise in the same face.
     #[inline]
     pub(crate) const fn next(self) -> Self {
@@ -103,7 +97,7 @@ mod tests {
             let h = HalfEdge::new(7, k);
             assert_eq!(h.next().prev(), h);
             assert_eq!(h.next().next().next(), h);
-            assert_eq!(h.index(), 21 + k as usize);
+            assert_eq!(h.bits(), 28 + k as usize);
             assert_eq!((h.face(), h.side()), (7, k as usize));
         }
     }

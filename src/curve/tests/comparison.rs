@@ -61,7 +61,7 @@ fn torn_places_are_where_they_are_said_to_be() {
             let trace = tracer.trace(polygon, &Scheme::direct()).unwrap();
             for jump in trace.segments()[0].jumps() {
                 let [before, behind] =
-                    [-1e-4, 1e-4].map(|d| tracer.evaluate(polygon, &Scheme::direct(), jump.t + d).unwrap());
+                    [-2e-5, 2e-5].map(|d| tracer.evaluate(polygon, &Scheme::direct(), jump.t + d).unwrap());
                 let apart = surface.shortest_path(&before, &behind).unwrap().length();
                 assert!((apart - jump.length).abs() < 0.1 * jump.length, "{jump:?} {apart}");
                 found += 1;
