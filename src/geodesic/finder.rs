@@ -2,8 +2,9 @@
 
 use super::{
     GeodesicPath, PathQuality,
+    guess::Guess,
     inner::InnerPath,
-    search::Search,
+    search::{Found, Search},
     straighten::{Straightener, order},
 };
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
@@ -41,6 +42,7 @@ pub enum PathError {
 #[derive(Debug, Default)]
 pub struct PathFinder {
     search: Search,
+    guess: Guess,
     straightener: Straightener,
     strip: Vec<HalfEdge>,
     path: InnerPath,
@@ -100,7 +102,6 @@ impl PathFinder {
         quality: PathQuality,
         out: &mut InnerPath,
     ) -> Result<(), PathError> {
-        let _ = quality;
         let sheet = |p: &InnerPoint| surface.sheet[p.face as usize];
         if sheet(from) != sheet(to) {
             return Err(no_path(surface, from, to));
@@ -111,8 +112,7 @@ impl PathFinder {
             out.set_straight(surface, start, end);
         } else {
             let mut strip = std::mem::take(&mut self.strip);
-            let found = self.search.run(surface, first, second, &mut strip);
-            let result = match found {
+            let result = match self.find_strip(surface, first, second, quality, &mut strip) {
                 Some(ends) => {
                     self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
                     Ok(())
@@ -126,6 +126,22 @@ impl PathFinder {
             out.reverse(surface);
         }
         Ok(())
+    }
+
+    /// A strip between two points of one sheet that share no face.
+    fn find_strip(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        quality: PathQuality,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
+        let guessed = match quality {
+            PathQuality::Fast => self.guess.run(surface, from, to, strip),
+            PathQuality::Default | PathQuality::Best => None,
+        };
+        guessed.or_else(|| self.search.run(surface, from, to, strip))
     }
 
     /// Straightens a known strip instead of searching one: the result can be reached from it by shortening alone.

@@ -4,12 +4,15 @@
 //! it and moves the strip past every vertex where that shortens the string. A straightest path is walked face by face.
 
 pub(crate) mod chain;
+mod corridor;
 mod finder;
 mod funnel;
+mod guess;
 pub(crate) mod inner;
 mod path;
 mod quality;
 mod search;
+mod seen;
 mod straighten;
 pub(crate) mod tangent;
 pub(crate) mod transport;

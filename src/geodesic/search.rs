@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::corridor::{Aim, Guide};
 use crate::surface::{HalfEdge, InnerPoint, Surface, metric};
 
 /// A new label must beat the old one by this factor, or rounding makes endless improvements.
@@ -72,6 +73,19 @@ impl Search {
         to: &InnerPoint,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
+        let anywhere = Anywhere(Aim { at: surface.inner_position(to), to_go: 0.0 });
+        self.run_guided(surface, from, to, &anywhere, strip).or_else(|| self.flood(surface, from, strip))
+    }
+
+    /// [`run`](Self::run) where a guide leads; none if it does not lead to the goal.
+    pub(crate) fn run_guided(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        guide: &impl Guide,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
         self.begin(surface);
         let sheet = surface.sheet[from.face as usize] as usize;
         let slack = surface.slack[sheet];
@@ -88,7 +102,7 @@ impl Search {
         // Labels know their distance at the middle of a side only; going on for half a face past the first arrival
         // catches the strips that were undervalued by that.
         let patience = 0.5 * longest.min(LONG * self.mean_edge);
-        surface.for_each_spelling(from, |start| self.seed(surface, &start, slack, goal));
+        surface.for_each_spelling(from, |start| self.seed(surface, &start, slack, guide));
 
         let (mut arrived, mut last, mut end) = (f64::INFINITY, NO_PARENT, *to);
         while let Some((priority, index)) = self.heap.pop() {
@@ -120,12 +134,12 @@ impl Search {
             for (side, right, left) in [(twin.prev(), c, b), (twin.next(), a, c)] {
                 if surface.twin(side).is_some() {
                     let next = label.propagate(index, side, right, left);
-                    self.offer(surface, next, goal, arrived + patience);
+                    self.offer(surface, next, guide, arrived + patience);
                 }
             }
         }
         if last == NO_PARENT {
-            return self.flood(surface, from, strip);
+            return None;
         }
         strip.clear();
         let mut at = last;
@@ -189,7 +203,7 @@ impl Search {
     }
 
     /// Puts labels on the sides of a face that do not contain the start.
-    fn seed(&mut self, surface: &Surface, start: &InnerPoint, slack: f64, goal: DVec3) {
+    fn seed(&mut self, surface: &Surface, start: &InnerPoint, slack: f64, guide: &impl Guide) {
         for k in 0..3 {
             let side = HalfEdge::new(start.face, k);
             let [w0, w1, w2] = [side, side.next(), side.prev()].map(|h| start.weights[h.side()]);
@@ -204,13 +218,13 @@ impl Search {
             let to_middle = source.distance(0.5 * end);
             let label =
                 Label { source, left: end, right: DVec2::ZERO, to_source: 0.0, to_middle, side, parent: NO_PARENT };
-            self.offer(surface, label, goal, f64::INFINITY);
+            self.offer(surface, label, guide, f64::INFINITY);
         }
     }
 
     /// Keeps a label if it is the best on its side so far, not worse than the one on the side's other face, and of a
     /// priority below `limit`, at which the search ends.
-    fn offer(&mut self, surface: &Surface, label: Label, goal: DVec3, limit: f64) {
+    fn offer(&mut self, surface: &Surface, label: Label, guide: &impl Guide, limit: f64) {
         let known = |h: HalfEdge| {
             let best = self.best[h.index()];
             if best.epoch == self.epoch { self.pool[best.label as usize].to_middle } else { f64::INFINITY }
@@ -221,10 +235,11 @@ impl Search {
         }
         let [a, b] = [surface.origin(label.side), surface.target(label.side)];
         let middle = 0.5 * (surface.positions[a as usize] + surface.positions[b as usize]);
-        let mut priority = label.to_middle + middle.distance(goal);
+        let Some(aim) = guide.aim(surface, surface.twin(label.side).face()) else { return };
+        let mut priority = label.to_middle + aim.from(middle);
         // The middle of a side far longer than most says little about a path that crosses near its end.
         if surface.length(label.side) > LONG * self.mean_edge {
-            priority = priority.min(label.lower_bound(surface, 0.0, goal) + 0.5 * LONG * self.mean_edge);
+            priority = priority.min(label.lower_bound(surface, 0.0, aim.at) + aim.to_go + 0.5 * LONG * self.mean_edge);
         }
         if priority >= limit {
             return;
@@ -233,6 +248,16 @@ impl Search {
         self.best[label.side.index()] = Best { epoch: self.epoch, label: index };
         self.heap.push(priority, index);
         self.pool.push(label);
+    }
+}
+
+/// No guide at all: straight for the goal.
+struct Anywhere(Aim);
+
+impl Guide for Anywhere {
+    #[inline]
+    fn aim(&self, _: &Surface, _: u32) -> Option<&Aim> {
+        Some(&self.0)
     }
 }
 
@@ -312,10 +337,10 @@ pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 
 /// A four-ary heap of labels by priority; ties go to the older label, so that the order is defined.
 #[derive(Debug, Default)]
-struct Heap(Vec<(f64, u32)>);
+pub(super) struct Heap(Vec<(f64, u32)>);
 
 impl Heap {
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.0.clear();
     }
 
@@ -323,7 +348,7 @@ impl Heap {
         a.0 < b.0 || (a.0 == b.0 && a.1 < b.1)
     }
 
-    fn push(&mut self, priority: f64, label: u32) {
+    pub(super) fn push(&mut self, priority: f64, label: u32) {
         let entry = (priority, label);
         let mut i = self.0.len();
         self.0.push(entry);
@@ -338,7 +363,7 @@ impl Heap {
         self.0[i] = entry;
     }
 
-    fn pop(&mut self) -> Option<(f64, u32)> {
+    pub(super) fn pop(&mut self) -> Option<(f64, u32)> {
         let top = *self.0.first()?;
         let entry = self.0.pop()?;
         let n = self.0.len();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    BuildProgress, Bvh, HalfEdge, SurfaceError, SurfaceReport, TriangleMesh,
+    BuildProgress, Bvh, Clusters, HalfEdge, SurfaceError, SurfaceReport, TriangleMesh,
     adjacency::{self, Adjacency},
     fans, metric, morton,
     options::SurfaceOptions,
@@ -79,6 +79,7 @@ pub(crate) fn build(
     }
     let mut surface = Surface {
         bvh: Bvh::build(&positions, &fans.triangles),
+        clusters: Clusters::build(&fans.triangles, &twins, &positions),
         lengths: Vec::new(),
         angle: vec![0.0; positions.len()],
         boundary: vec![false; positions.len()],

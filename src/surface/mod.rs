@@ -6,6 +6,7 @@
 mod adjacency;
 mod build;
 mod bvh;
+mod clusters;
 mod fans;
 mod ids;
 pub(crate) mod metric;
@@ -25,6 +26,7 @@ mod triangle_mesh;
 mod weld;
 
 pub(crate) use bvh::Bvh;
+pub(crate) use clusters::Clusters;
 pub(crate) use ids::HalfEdge;
 pub use ids::{FaceId, VertexId};
 pub use options::{BuildProgress, NonManifoldEdges, NonManifoldVertices, NonOrientable, SurfaceOptions};
