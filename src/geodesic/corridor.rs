@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::search::Heap;
+use super::heap::Heap;
 use crate::surface::{InnerPoint, Surface};
 
 /// A cluster of the way aims at the one so many clusters further on: over the next ones the way zigzags from centre to centre.

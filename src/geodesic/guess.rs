@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::{
     corridor::{Corridor, Guide},
-    search::{Found, Heap},
+    heap::Heap,
+    search::Found,
     seen::{Seen, Visit},
 };
 use crate::surface::{HalfEdge, InnerPoint, Surface};

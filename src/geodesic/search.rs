@@ -3,20 +3,27 @@
 //! A label sits on a crossed side and holds, in the plane of the faces unfolded so far, a pseudo-source, the distance up to
 //! it, and the wedge it sees through the side. Labels are immutable records in a pool: overwriting a label that others
 //! descend from would give them a history that never was, and three times as many bad paths.
+//!
+//! Labels wait in the order of the shortest path that may run through their side: straight to the best place on it, and straight
+//! on through space. Which of two labels on a side is the better one is told by their distances to its middle.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
-use super::corridor::{Aim, Guide};
+use super::{
+    corridor::{Aim, Guide},
+    queue::Queue,
+    stamps::{Reached, Stamps},
+};
 use crate::surface::{HalfEdge, InnerPoint, Surface, metric};
 
 /// A new label must beat the old one by this factor, or rounding makes endless improvements.
 const BETTER: f64 = 1.0 - 1e-6;
 
+/// Labels count as equally promising within this share of the mean edge.
+const BUCKET: f64 = 0.02;
+
 /// The search gives up after this many labels a side of the surface; sound meshes need less than one.
 const MAX_LABELS_A_SIDE: usize = 64;
-
-/// A side longer than this many mean edges is long.
-const LONG: f64 = 4.0;
 
 /// What is known about reaching a side, seen in the side's frame: origin at (0, 0), target at (length, 0), the face that is
 /// left above, travel downwards; left is the target's side.
@@ -27,29 +34,23 @@ struct Label {
     right: DVec2,
     /// Distance from the start to the pseudo-source.
     to_source: f64,
-    /// Distance from the start to the side's middle.
-    to_middle: f64,
     side: HalfEdge,
     parent: u32,
 }
 
 const NO_PARENT: u32 = u32::MAX;
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Best {
-    epoch: u32,
-    label: u32,
-}
-
-/// Scratch memory of the search; 8 bytes a side of the largest surface seen, and about 90 a label.
+/// Scratch memory of the search: 16 bytes a side where it has been, and 64 a label.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
     pool: Vec<Label>,
-    best: Vec<Best>,
-    epoch: u32,
-    heap: Heap,
-    mean_edge: f64,
+    reached: Stamps,
+    queue: Queue,
     targets: Vec<InnerPoint>,
+    /// Added to every side's length.
+    slack: f64,
+    /// No path of this length or longer is wanted.
+    limit: f64,
 }
 
 /// The answer of a search.
@@ -65,7 +66,7 @@ impl Search {
     /// Looks for a strip from `from` to `to`, which must lie on one sheet and share no face; `strip` receives the sides
     /// through which its faces are left.
     ///
-    /// Cost: about 0.3 µs a label; labels fill an ellipse about the path.
+    /// Cost: about 0.1 µs a label; labels fill an ellipse about the path.
     pub(crate) fn run(
         &mut self,
         surface: &Surface,
@@ -86,61 +87,36 @@ impl Search {
         guide: &impl Guide,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
-        self.begin(surface);
-        let sheet = surface.sheet[from.face as usize] as usize;
-        let slack = surface.slack[sheet];
-        self.mean_edge = surface.mean_edge[sheet];
-        let length = |h: HalfEdge| surface.length(h) + slack;
-        let goal = surface.inner_position(to);
-        self.targets.clear();
-        let targets = &mut self.targets;
-        surface.for_each_spelling(to, |p| targets.push(p));
-        let mut longest = 0.0_f64;
-        let mut note = |face: u32| (0..3).for_each(|k| longest = longest.max(length(HalfEdge::new(face, k))));
-        self.targets.iter().for_each(|p| note(p.face));
-        surface.for_each_spelling(from, |p| note(p.face));
-        // Labels know their distance at the middle of a side only; going on for half a face past the first arrival
-        // catches the strips that were undervalued by that.
-        let patience = 0.5 * longest.min(LONG * self.mean_edge);
-        surface.for_each_spelling(from, |start| self.seed(surface, &start, slack, guide));
-
-        let (mut arrived, mut last, mut end) = (f64::INFINITY, NO_PARENT, *to);
-        while let Some((priority, index)) = self.heap.pop() {
-            if priority >= arrived + patience {
+        self.begin(surface, from, to);
+        surface.for_each_spelling(from, |start| self.seed(surface, &start, guide));
+        let (mut last, mut end) = (NO_PARENT, *to);
+        let bound = MAX_LABELS_A_SIDE * 3 * surface.triangles.len();
+        while let Some(index) = self.queue.pop(self.limit) {
+            if self.pool.len() > bound {
                 break;
             }
             let label = self.pool[index as usize];
-            if self.best[label.side.index()].label != index {
+            if self.reached.get(label.side).is_none_or(|reached| reached.label != index) {
                 continue; // a better label took its place while it waited
             }
-            if priority >= arrived && label.lower_bound(surface, slack, goal) >= arrived {
-                continue; // no path through this side can be shorter, however the middle misleads
-            }
-            if self.pool.len() > MAX_LABELS_A_SIDE * 3 * surface.triangles.len() {
-                break;
-            }
-            let twin = surface.twin(label.side);
-            let width = length(label.side);
-            let [a, b] = [DVec2::ZERO, DVec2::new(width, 0.0)];
-            let c = metric::apex(b, a, width, length(twin.prev()), length(twin.next()));
-            for target in self.targets.iter().filter(|t| t.face == twin.face()) {
-                let k = twin.side();
-                let x = target.weights[k] * b + target.weights[(k + 1) % 3] * a + target.weights[(k + 2) % 3] * c;
-                let distance = label.to_source + label.distance_through(x);
-                if distance < arrived {
-                    (arrived, last, end) = (distance, index, *target);
+            let behind = Behind::of(surface, label.side, self.slack);
+            for target in self.targets.iter().filter(|t| t.face == behind.twin.face()) {
+                let distance = label.to_source + label.wedge().distance(behind.spell(target));
+                if distance < self.limit {
+                    (self.limit, last, end) = (distance, index, *target);
                 }
             }
-            for (side, right, left) in [(twin.prev(), c, b), (twin.next(), a, c)] {
-                if surface.twin(side).is_some() {
-                    let next = label.propagate(index, side, right, left);
-                    self.offer(surface, next, guide, arrived + patience);
-                }
-            }
+            self.expand(surface, &label, index, &behind, guide);
         }
         if last == NO_PARENT {
             return None;
         }
+        self.read_strip(last, strip);
+        Some(Found { start: spelled_in(surface, from, strip[0].face()), end })
+    }
+
+    /// The sides on the way to a label.
+    fn read_strip(&self, last: u32, strip: &mut Vec<HalfEdge>) {
         strip.clear();
         let mut at = last;
         while at != NO_PARENT {
@@ -148,14 +124,6 @@ impl Search {
             at = self.pool[at as usize].parent;
         }
         strip.reverse();
-        let first = strip[0].face();
-        let mut start = *from;
-        surface.for_each_spelling(from, |p| {
-            if p.face == first {
-                start = p;
-            }
-        });
-        Some(Found { start, end })
     }
 
     /// The strip of fewest faces, for when the search ran out of labels: it always exists on a sheet.
@@ -188,70 +156,128 @@ impl Search {
         None
     }
 
-    fn begin(&mut self, surface: &Surface) {
-        let sides = surface.triangles.len() * 3;
-        if self.best.len() < sides {
-            self.best.resize(sides, Best::default());
-        }
-        self.epoch = self.epoch.wrapping_add(1);
-        if self.epoch == 0 {
-            self.best.fill(Best::default());
-            self.epoch = 1;
-        }
+    fn begin(&mut self, surface: &Surface, from: &InnerPoint, to: &InnerPoint) {
+        self.reached.clear(surface.triangles.len());
         self.pool.clear();
-        self.heap.clear();
+        self.queue.clear(BUCKET * surface.mean_edge[surface.sheet[from.face as usize] as usize]);
+        self.slack = surface.slack[surface.sheet[from.face as usize] as usize];
+        self.limit = f64::INFINITY;
+        self.targets.clear();
+        let targets = &mut self.targets;
+        surface.for_each_spelling(to, |p| targets.push(p));
     }
 
     /// Puts labels on the sides of a face that do not contain the start.
-    fn seed(&mut self, surface: &Surface, start: &InnerPoint, slack: f64, guide: &impl Guide) {
+    fn seed(&mut self, surface: &Surface, start: &InnerPoint, guide: &impl Guide) {
         for k in 0..3 {
             let side = HalfEdge::new(start.face, k);
             let [w0, w1, w2] = [side, side.next(), side.prev()].map(|h| start.weights[h.side()]);
             if w2 == 0.0 || !surface.twin(side).is_some() {
                 continue;
             }
-            let length = |h: HalfEdge| surface.length(h) + slack;
+            let length = |h: HalfEdge| surface.length(h) + self.slack;
             let width = length(side);
             let end = DVec2::new(width, 0.0);
             let apex = metric::apex(DVec2::ZERO, end, width, length(side.prev()), length(side.next()));
             let source = w0 * DVec2::ZERO + w1 * end + w2 * apex;
             let to_middle = source.distance(0.5 * end);
-            let label =
-                Label { source, left: end, right: DVec2::ZERO, to_source: 0.0, to_middle, side, parent: NO_PARENT };
-            self.offer(surface, label, guide, f64::INFINITY);
+            let Some(aim) = guide.aim(surface, surface.twin(side).face()) else { continue };
+            if self.is_improvement([side, surface.twin(side)], to_middle) {
+                let [right, left] = [surface.origin(side), surface.target(side)].map(|v| squared(surface, v, aim));
+                let priority = shortest_through(source, width, 1.0 / width, right, left) + aim.to_go;
+                let label = Label { source, left: end, right: DVec2::ZERO, to_source: 0.0, side, parent: NO_PARENT };
+                self.keep(label, to_middle, priority);
+            }
         }
     }
 
-    /// Keeps a label if it is the best on its side so far, not worse than the one on the side's other face, and of a
-    /// priority below `limit`, at which the search ends.
-    fn offer(&mut self, surface: &Surface, label: Label, guide: &impl Guide, limit: f64) {
-        let known = |h: HalfEdge| {
-            let best = self.best[h.index()];
-            if best.epoch == self.epoch { self.pool[best.label as usize].to_middle } else { f64::INFINITY }
+    /// Whether a distance to a side's middle is less than what is known, and not worse than what is known from the side's other
+    /// face.
+    #[inline]
+    fn is_improvement(&self, [side, twin]: [HalfEdge; 2], to_middle: f64) -> bool {
+        let known = |h: HalfEdge| self.reached.get(h).map_or(f64::INFINITY, |reached| reached.to_middle);
+        to_middle < known(side) * BETTER && to_middle * BETTER < known(twin)
+    }
+
+    #[inline]
+    fn keep(&mut self, label: Label, to_middle: f64, priority: f64) {
+        if priority < self.limit {
+            let index = self.pool.len() as u32;
+            self.reached.set(label.side, Reached { label: index, to_middle });
+            self.queue.push(priority);
+            self.pool.push(label);
+        }
+    }
+
+    /// Offers labels to the two sides of the face behind a label's side.
+    #[inline]
+    fn expand(&mut self, surface: &Surface, label: &Label, index: u32, behind: &Behind, guide: &impl Guide) {
+        let Label { source, left, right, to_source, .. } = *label;
+        let apex = behind.apex;
+        let twins = &surface.twins[behind.twin.face() as usize];
+        // Where the apex lies beyond a limit of the wedge, the wedge misses one side, which is reached around that limit.
+        let beyond_left = turn(source, left, apex) > 0.0;
+        let beyond_right = turn(source, right, apex) < 0.0;
+        let (side, far) = (behind.twin.prev(), behind.left);
+        let twin = twins[side.side()];
+        if twin.is_some() {
+            let wedge = if beyond_left {
+                Wedge::around(left, to_source + source.distance(left), apex, far)
+            } else {
+                let left = if turn(source, left, far) > 0.0 { left } else { far };
+                Wedge { source, to_source, left, right: if beyond_right { right } else { apex } }
+            };
+            let opening = Opening { side, twin, right: apex, left: far, width: behind.to_left };
+            self.offer(surface, index, &opening, &wedge, guide);
+        }
+        let (side, far) = (behind.twin.next(), DVec2::ZERO);
+        let twin = twins[side.side()];
+        if twin.is_some() {
+            let wedge = if beyond_right {
+                Wedge::around(right, to_source + source.distance(right), far, apex)
+            } else {
+                let right = if turn(source, right, far) < 0.0 { right } else { far };
+                Wedge { source, to_source, left: if beyond_left { left } else { apex }, right }
+            };
+            let opening = Opening { side, twin, right: far, left: apex, width: behind.to_right };
+            self.offer(surface, index, &opening, &wedge, guide);
+        }
+    }
+
+    /// Keeps what a wedge says about a side if it is an improvement, and if the guide leads through it.
+    #[inline]
+    fn offer(&mut self, surface: &Surface, parent: u32, opening: &Opening, wedge: &Wedge, guide: &impl Guide) {
+        let Opening { side, twin, right, left, width } = *opening;
+        let to_middle = wedge.to_source + wedge.distance(0.5 * (right + left));
+        if !self.is_improvement([side, twin], to_middle) {
+            return;
+        }
+        let Some(aim) = guide.aim(surface, twin.face()) else { return };
+        // Into the frame of the side.
+        let per_width = 1.0 / width;
+        let unit = (left - right) * per_width;
+        let frame = |p: DVec2| {
+            let d = p - right;
+            DVec2::new(d.dot(unit), unit.perp_dot(d))
         };
-        if known(label.side) * BETTER <= label.to_middle || known(surface.twin(label.side)) <= label.to_middle * BETTER
-        {
-            return;
+        let source = frame(wedge.source);
+        let [to_right, to_left] = [surface.origin(side), surface.target(side)].map(|v| squared(surface, v, aim));
+        let priority = wedge.to_source + shortest_through(source, width, per_width, to_right, to_left) + aim.to_go;
+        if priority < self.limit {
+            let label = Label {
+                source,
+                left: if wedge.left == left { DVec2::new(width, 0.0) } else { frame(wedge.left) },
+                right: if wedge.right == right { DVec2::ZERO } else { frame(wedge.right) },
+                to_source: wedge.to_source,
+                side,
+                parent,
+            };
+            self.keep(label, to_middle, priority);
         }
-        let [a, b] = [surface.origin(label.side), surface.target(label.side)];
-        let middle = 0.5 * (surface.positions[a as usize] + surface.positions[b as usize]);
-        let Some(aim) = guide.aim(surface, surface.twin(label.side).face()) else { return };
-        let mut priority = label.to_middle + aim.from(middle);
-        // The middle of a side far longer than most says little about a path that crosses near its end.
-        if surface.length(label.side) > LONG * self.mean_edge {
-            priority = priority.min(label.lower_bound(surface, 0.0, aim.at) + aim.to_go + 0.5 * LONG * self.mean_edge);
-        }
-        if priority >= limit {
-            return;
-        }
-        let index = self.pool.len() as u32;
-        self.best[label.side.index()] = Best { epoch: self.epoch, label: index };
-        self.heap.push(priority, index);
-        self.pool.push(label);
     }
 }
 
-/// No guide at all: straight for the goal.
+/// No guide: straight to the goal.
 struct Anywhere(Aim);
 
 impl Guide for Anywhere {
@@ -261,19 +287,97 @@ impl Guide for Anywhere {
     }
 }
 
-impl Label {
-    /// No path that this label stands for is shorter: up to the nearest place on the side, and on through space.
-    fn lower_bound(&self, surface: &Surface, slack: f64, goal: DVec3) -> f64 {
-        let width = surface.length(self.side) + slack;
-        let foot = DVec2::new(self.source.x.clamp(0.0, width), 0.0);
-        let [a, b] = [surface.origin(self.side), surface.target(self.side)].map(|v| surface.positions[v as usize]);
-        let along = b - a;
-        let share = ((goal - a).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        self.to_source + self.source.distance(foot) + goal.distance(a + share * along)
+/// Squared distance of a vertex from what is headed for.
+#[inline]
+fn squared(surface: &Surface, vertex: u32, aim: &Aim) -> f64 {
+    surface.positions[vertex as usize].distance_squared(aim.at)
+}
+
+/// The spelling of a point in a face around it.
+fn spelled_in(surface: &Surface, point: &InnerPoint, face: u32) -> InnerPoint {
+    let mut found = *point;
+    surface.for_each_spelling(point, |p| {
+        if p.face == face {
+            found = p;
+        }
+    });
+    found
+}
+
+/// Length of the shortest way from `source` through a side of length `width` to the goal, of which the squared distances from
+/// the side's origin and target are given. The goal lies in space: the way is straight to the side and straight on.
+#[inline]
+fn shortest_through(source: DVec2, width: f64, per_width: f64, right_squared: f64, left_squared: f64) -> f64 {
+    // The goal in the plane of the side and itself, turned to lie opposite the source.
+    let along = 0.5 * ((right_squared - left_squared) * per_width + width);
+    let beyond = (right_squared - along * along).max(0.0).sqrt();
+    let (rise, run) = (source.y + beyond, along - source.x);
+    let crossing = source.x * rise + run * source.y; // times rise
+    if crossing < 0.0 {
+        source.length() + right_squared.sqrt()
+    } else if crossing > width * rise {
+        source.distance(DVec2::new(width, 0.0)) + left_squared.sqrt()
+    } else {
+        DVec2::new(run, rise).length()
+    }
+}
+
+/// A side to go on through, with its twin and where its ends are in the frame of the label before.
+struct Opening {
+    side: HalfEdge,
+    twin: HalfEdge,
+    right: DVec2,
+    left: DVec2,
+    width: f64,
+}
+
+/// The face behind a side, in the frame of the label on the side.
+struct Behind {
+    twin: HalfEdge,
+    /// The side's target, at the left; its origin, at the right, is zero.
+    left: DVec2,
+    apex: DVec2,
+    /// Lengths of the sides from the apex to the left and to the right end.
+    to_left: f64,
+    to_right: f64,
+}
+
+impl Behind {
+    #[inline]
+    fn of(surface: &Surface, side: HalfEdge, slack: f64) -> Self {
+        let twin = surface.twin(side);
+        let lengths = surface.lengths[twin.face() as usize];
+        let length = |h: HalfEdge| lengths[h.side()] + slack;
+        let (width, to_right, to_left) = (length(twin), length(twin.next()), length(twin.prev()));
+        let left = DVec2::new(width, 0.0);
+        let apex = metric::apex(left, DVec2::ZERO, width, to_left, to_right);
+        Self { twin, left, apex, to_left, to_right }
     }
 
-    /// Distance from the pseudo-source to `x` behind the side, bending at an end of the wedge where `x` lies outside.
-    fn distance_through(&self, x: DVec2) -> f64 {
+    /// A point of the face.
+    fn spell(&self, p: &InnerPoint) -> DVec2 {
+        p.weights[self.twin.side()] * self.left + p.weights[self.twin.prev().side()] * self.apex
+    }
+}
+
+/// What is seen of the plane behind a side: from a pseudo-source, between two limits.
+struct Wedge {
+    source: DVec2,
+    to_source: f64,
+    left: DVec2,
+    right: DVec2,
+}
+
+impl Wedge {
+    /// All between two points, seen from a vertex.
+    #[inline]
+    fn around(vertex: DVec2, to_vertex: f64, right: DVec2, left: DVec2) -> Self {
+        Self { source: vertex, to_source: to_vertex, left, right }
+    }
+
+    /// Distance from the pseudo-source to `x`, bending at a limit where `x` lies outside.
+    #[inline]
+    fn distance(&self, x: DVec2) -> f64 {
         if turn(self.source, self.left, x) > 0.0 {
             self.source.distance(self.left) + self.left.distance(x)
         } else if turn(self.source, self.right, x) < 0.0 {
@@ -282,50 +386,11 @@ impl Label {
             self.source.distance(x)
         }
     }
+}
 
-    /// The label of a side of the face behind, whose ends are `right` and `left` in this label's frame.
-    fn propagate(&self, index: u32, side: HalfEdge, right: DVec2, left: DVec2) -> Self {
-        let middle = 0.5 * (right + left);
-        let (mut source, mut to_source) = (self.source, self.to_source);
-        let (mut wedge_left, mut wedge_right) = (left, right);
-        let to_middle;
-        let bend = if turn(self.source, self.left, right) > 0.0 {
-            Some(self.left)
-        } else if turn(self.source, self.right, left) < 0.0 {
-            Some(self.right)
-        } else {
-            None
-        };
-        if let Some(vertex) = bend {
-            to_source += self.source.distance(vertex);
-            source = vertex;
-            to_middle = to_source + vertex.distance(middle);
-        } else {
-            to_middle = self.to_source + self.distance_through(middle);
-            if turn(self.source, self.left, left) > 0.0 {
-                wedge_left = self.left;
-            }
-            if turn(self.source, self.right, right) < 0.0 {
-                wedge_right = self.right;
-            }
-        }
-        // Into the frame of the new side.
-        let along = left - right;
-        let width = along.length();
-        let unit = if width > 0.0 { along / width } else { DVec2::X };
-        let frame = |p: DVec2| {
-            let d = p - right;
-            DVec2::new(d.dot(unit), unit.perp_dot(d))
-        };
-        Self {
-            source: frame(source),
-            left: frame(wedge_left),
-            right: frame(wedge_right),
-            to_source,
-            to_middle,
-            side,
-            parent: index,
-        }
+impl Label {
+    fn wedge(&self) -> Wedge {
+        Wedge { source: self.source, to_source: self.to_source, left: self.left, right: self.right }
     }
 }
 
@@ -333,63 +398,6 @@ impl Label {
 #[inline]
 pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
-}
-
-/// A four-ary heap of labels by priority; ties go to the older label, so that the order is defined.
-#[derive(Debug, Default)]
-pub(super) struct Heap(Vec<(f64, u32)>);
-
-impl Heap {
-    pub(super) fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    fn before(a: (f64, u32), b: (f64, u32)) -> bool {
-        a.0 < b.0 || (a.0 == b.0 && a.1 < b.1)
-    }
-
-    pub(super) fn push(&mut self, priority: f64, label: u32) {
-        let entry = (priority, label);
-        let mut i = self.0.len();
-        self.0.push(entry);
-        while i > 0 {
-            let parent = (i - 1) / 4;
-            if !Self::before(entry, self.0[parent]) {
-                break;
-            }
-            self.0[i] = self.0[parent];
-            i = parent;
-        }
-        self.0[i] = entry;
-    }
-
-    pub(super) fn pop(&mut self) -> Option<(f64, u32)> {
-        let top = *self.0.first()?;
-        let entry = self.0.pop()?;
-        let n = self.0.len();
-        if n > 0 {
-            let mut i = 0;
-            loop {
-                let first = 4 * i + 1;
-                if first >= n {
-                    break;
-                }
-                let mut child = first;
-                for k in first + 1..(first + 4).min(n) {
-                    if Self::before(self.0[k], self.0[child]) {
-                        child = k;
-                    }
-                }
-                if !Self::before(self.0[child], entry) {
-                    break;
-                }
-                self.0[i] = self.0[child];
-                i = child;
-            }
-            self.0[i] = entry;
-        }
-        Some(top)
-    }
 }
 
 #[cfg(test)]
@@ -408,22 +416,5 @@ mod tests {
         assert_eq!((found.start, found.end, strip[0].face()), (at(3), at(150), 3));
         assert!(strip.windows(2).all(|w| surface.twin(w[0]).face() == w[1].face()));
         assert_eq!(surface.twin(strip[strip.len() - 1]).face(), 150);
-    }
-
-    #[test]
-    fn heap_sorts() {
-        let mut heap = Heap::default();
-        let mut state = 1_u64;
-        for i in 0..1000 {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            heap.push((state >> 58) as f64, i);
-        }
-        let mut last = (-1.0, 0);
-        for _ in 0..1000 {
-            let next = heap.pop().unwrap();
-            assert!(Heap::before(last, next));
-            last = next;
-        }
-        assert!(heap.pop().is_none());
     }
 }

@@ -57,6 +57,12 @@ impl HalfEdge {
         (self.0 & 3) as usize
     }
 
+    /// Sparse index `4 · face + side`.
+    #[inline]
+    pub(crate) const fn bits(self) -> usize {
+        self.0 as usize
+    }
+
     /// Dense index `3 · face + side`, for arrays with one entry a half-edge.
     #[inline]
     pub(crate) const fn index(self) -> usize {
