@@ -1,32 +1,19 @@
-//! Which clusters of faces a path may lead through: a search on the coarse picture of the surface.
+//! Which clusters of faces a path may lead through: searches on the coarse picture of the surface.
 
 use glam::DVec3;
 
 use super::heap::Heap;
-use crate::surface::{InnerPoint, Surface};
+use crate::surface::{Clusters, InnerPoint, Surface};
 
-/// A cluster of the way aims at the one so many clusters further on: over the next ones the way zigzags from centre to centre.
+/// A cluster of a way aims at the one so many clusters further on: in between the way zigzags from centre to centre.
 const AHEAD: usize = 3;
+/// Ways from centre to centre may be longer than the shortest by this share of it, and by this share of the spacing of
+/// clusters, to count as short. Distances between centres mislead by a few per cent; with less, paths get worse.
+const LONGER: f64 = 0.02;
+const LONGER_SPACINGS: f64 = 0.5;
+/// Points so many clusters apart are far apart: below that, finding the corridor costs what it saves.
+const FAR: f64 = 20.0;
 const NONE: u32 = u32::MAX;
-
-/// What is known of a cluster, valid if its epoch is the query's.
-#[derive(Clone, Copy, Debug, Default)]
-struct Label {
-    epoch: u32,
-    /// The next cluster on the way to the goal.
-    next: u32,
-    /// Length of that way, from centre to centre.
-    to_go: f64,
-    closed: bool,
-}
-
-/// Whether a cluster belongs to the corridor, valid if its epoch is the query's.
-#[derive(Clone, Copy, Debug, Default)]
-struct Mark {
-    epoch: u32,
-    /// Counts in `aims`.
-    aim: u32,
-}
 
 /// A place to head for.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +37,66 @@ pub(crate) trait Guide {
     fn aim(&self, surface: &Surface, face: u32) -> Option<&Aim>;
 }
 
+/// A set of clusters that leads from start to goal; scratch memory of 64 bytes a cluster.
+#[derive(Debug, Default)]
+pub(crate) struct Corridor {
+    to_goal: Vec<Label>,
+    from_start: Vec<Label>,
+    marks: Vec<Mark>,
+    epoch: u32,
+    heap: Heap,
+    way: Vec<u32>,
+    aims: Vec<Aim>,
+}
+
+/// What is known of a cluster, valid if its epoch is the query's.
+#[derive(Clone, Copy, Debug, Default)]
+struct Label {
+    epoch: u32,
+    /// The cluster next to it that is nearer.
+    next: u32,
+    /// Length of the way, from centre to centre.
+    distance: f64,
+    closed: bool,
+}
+
+/// Whether a cluster belongs to the corridor, valid if its epoch is the query's.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mark {
+    epoch: u32,
+    /// Counts in `aims`.
+    aim: u32,
+}
+
+/// Start and goal of a query. They stand for the centres of their clusters.
+#[derive(Clone, Copy, Debug)]
+struct Ends<'a> {
+    clusters: &'a Clusters,
+    start: DVec3,
+    goal: DVec3,
+    first: u32,
+    last: u32,
+}
+
+impl<'a> Ends<'a> {
+    fn new(surface: &'a Surface, from: &InnerPoint, to: &InnerPoint) -> Self {
+        let clusters = &surface.clusters;
+        let [start, goal] = [from, to].map(|p| surface.inner_position(p));
+        Self { clusters, start, goal, first: clusters.of(from.face), last: clusters.of(to.face) }
+    }
+
+    #[inline]
+    fn place(&self, cluster: u32) -> DVec3 {
+        if cluster == self.first {
+            self.start
+        } else if cluster == self.last {
+            self.goal
+        } else {
+            self.clusters.center(cluster)
+        }
+    }
+}
+
 impl Guide for Corridor {
     #[inline]
     fn aim(&self, surface: &Surface, face: u32) -> Option<&Aim> {
@@ -58,92 +105,210 @@ impl Guide for Corridor {
     }
 }
 
-/// Finds ways on the graph of clusters; scratch memory of 32 bytes a cluster.
-#[derive(Debug, Default)]
-pub(crate) struct Corridor {
-    labels: Vec<Label>,
-    marks: Vec<Mark>,
-    epoch: u32,
-    heap: Heap,
-    way: Vec<u32>,
-    aims: Vec<Aim>,
+/// Whether points are so far apart that a search between them is worth a corridor.
+pub(crate) fn far_apart(surface: &Surface, from: &InnerPoint, to: &InnerPoint) -> bool {
+    surface.inner_position(from).distance(surface.inner_position(to)) > FAR * surface.clusters.spacing()
 }
 
 impl Corridor {
-    /// Marks the clusters of one short way, and their neighbours.
+    /// Marks the clusters of one short way, and their neighbours; each heads for a place further on.
     pub(crate) fn along_one_way(&mut self, surface: &Surface, from: &InnerPoint, to: &InnerPoint) {
-        self.begin(surface);
-        self.find_way(surface, from, to);
-        let clusters = &surface.clusters;
-        let goal = Aim { at: surface.inner_position(to), to_go: 0.0 };
+        let ends = Ends::new(surface, from, to);
+        self.begin(ends.clusters);
+        self.measure_to_goal(&ends, |shortest| shortest);
+        self.way.clear();
+        let mut cluster = ends.first;
+        while cluster != NONE {
+            self.way.push(cluster);
+            cluster = self.to_goal[cluster as usize].next;
+        }
         self.aims.clear();
         for i in 0..self.way.len() {
-            self.aims.push(match self.way.get(i + AHEAD) {
-                Some(&cluster) if i + AHEAD + 1 < self.way.len() => {
-                    Aim { at: clusters.center(cluster), to_go: self.labels[cluster as usize].to_go }
-                }
-                _ => goal,
-            });
+            let ahead = self.way.get(i + AHEAD).copied().unwrap_or(ends.last);
+            self.aims.push(Aim { at: ends.place(ahead), to_go: self.to_goal[ahead as usize].distance });
         }
         for (aim, &cluster) in self.way.iter().enumerate() {
             let mark = Mark { epoch: self.epoch, aim: aim as u32 };
             self.marks[cluster as usize] = mark;
-            clusters.neighbours(cluster).iter().for_each(|n| self.marks[*n as usize] = mark);
+            ends.clusters.neighbours(cluster).iter().for_each(|n| self.marks[*n as usize] = mark);
         }
     }
 
-    fn begin(&mut self, surface: &Surface) {
-        let clusters = surface.clusters.len();
-        if self.labels.len() < clusters {
-            self.labels.resize(clusters, Label::default());
-            self.marks.resize(clusters, Mark::default());
+    /// Marks the clusters of all short ways, and their neighbours; all head for the goal.
+    pub(crate) fn along_short_ways(&mut self, surface: &Surface, from: &InnerPoint, to: &InnerPoint) {
+        let ends = Ends::new(surface, from, to);
+        self.begin(ends.clusters);
+        let spare = LONGER_SPACINGS * ends.clusters.spacing();
+        let bound = self.measure_to_goal(&ends, |shortest| (1.0 + LONGER) * shortest + spare);
+        self.aims.clear();
+        self.aims.push(Aim { at: ends.goal, to_go: 0.0 });
+        self.mark_from_start(&ends, bound);
+    }
+
+    fn begin(&mut self, clusters: &Clusters) {
+        if self.marks.len() < clusters.len() {
+            self.to_goal.resize(clusters.len(), Label::default());
+            self.from_start.resize(clusters.len(), Label::default());
+            self.marks.resize(clusters.len(), Mark::default());
         }
         self.epoch = self.epoch.wrapping_add(1);
         if self.epoch == 0 {
-            self.labels.fill(Label::default());
+            self.to_goal.fill(Label::default());
+            self.from_start.fill(Label::default());
             self.marks.fill(Mark::default());
             self.epoch = 1;
         }
     }
 
-    /// A* from the goal's cluster to the start's; fills in `way`, from start to goal.
-    fn find_way(&mut self, surface: &Surface, from: &InnerPoint, to: &InnerPoint) {
-        let clusters = &surface.clusters;
-        let [start, goal] = [from, to].map(|p| surface.inner_position(p));
-        let [first, last] = [from, to].map(|p| clusters.of(p.face));
+    /// A* from the goal: fills in `to_goal` for all clusters through which a way of at most `bound` may lead. Gives that bound,
+    /// which follows from the length of the shortest way.
+    fn measure_to_goal(&mut self, ends: &Ends, bound_for: impl Fn(f64) -> f64) -> f64 {
+        let mut bound = f64::INFINITY;
         self.heap.clear();
-        self.reach(last, NONE, 0.0);
-        self.heap.push(0.0, last);
-        while let Some((_, cluster)) = self.heap.pop() {
-            let label = &mut self.labels[cluster as usize];
-            if label.closed {
-                continue;
-            }
-            label.closed = true;
-            if cluster == first {
+        self.heap.push(0.0, ends.last);
+        self.to_goal[ends.last as usize] = Label { epoch: self.epoch, next: NONE, distance: 0.0, closed: false };
+        while let Some((priority, cluster)) = self.heap.pop() {
+            if priority > bound {
                 break;
             }
-            let to_go = label.to_go;
-            let here = if cluster == last { goal } else { clusters.center(cluster) };
-            for &n in clusters.neighbours(cluster) {
-                let there = if n == first { start } else { clusters.center(n) };
-                let to_go = to_go + here.distance(there);
-                let known = &self.labels[n as usize];
-                if known.epoch != self.epoch || to_go < known.to_go {
-                    self.reach(n, cluster, to_go);
-                    self.heap.push(to_go + there.distance(start), n);
+            let label = &mut self.to_goal[cluster as usize];
+            if std::mem::replace(&mut label.closed, true) {
+                continue;
+            }
+            let distance = label.distance;
+            if cluster == ends.first {
+                bound = bound_for(distance);
+            }
+            let here = ends.place(cluster);
+            for &next in ends.clusters.neighbours(cluster) {
+                let there = ends.place(next);
+                let distance = distance + here.distance(there);
+                let priority = distance + there.distance(ends.start);
+                let known = &mut self.to_goal[next as usize];
+                if priority <= bound && (known.epoch != self.epoch || distance < known.distance) {
+                    *known = Label { epoch: self.epoch, next: cluster, distance, closed: false };
+                    self.heap.push(priority, next);
                 }
             }
         }
-        self.way.clear();
-        let mut cluster = first;
-        while cluster != NONE {
-            self.way.push(cluster);
-            cluster = self.labels[cluster as usize].next;
+        bound
+    }
+
+    /// Search from the start, of clusters whose distances from start and goal are `bound` in all at most. Distances to the goal
+    /// are known, so it looks at no others.
+    fn mark_from_start(&mut self, ends: &Ends, bound: f64) {
+        let mark = Mark { epoch: self.epoch, aim: 0 };
+        self.heap.clear();
+        self.heap.push(0.0, ends.first);
+        self.from_start[ends.first as usize] = Label { epoch: self.epoch, next: NONE, distance: 0.0, closed: false };
+        while let Some((_, cluster)) = self.heap.pop() {
+            let label = &mut self.from_start[cluster as usize];
+            if std::mem::replace(&mut label.closed, true) {
+                continue;
+            }
+            let distance = label.distance;
+            self.marks[cluster as usize] = mark;
+            let here = ends.place(cluster);
+            for &next in ends.clusters.neighbours(cluster) {
+                self.marks[next as usize] = mark;
+                let to_goal = self.to_goal[next as usize];
+                let distance = distance + here.distance(ends.place(next));
+                let known = &mut self.from_start[next as usize];
+                if to_goal.epoch == self.epoch
+                    && distance + to_goal.distance <= bound
+                    && (known.epoch != self.epoch || (!known.closed && distance < known.distance))
+                {
+                    *known = Label { epoch: self.epoch, next: cluster, distance, closed: false };
+                    self.heap.push(distance + to_goal.distance, next);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        geodesic::{inner::InnerPath, search::Search, straighten::Straightener},
+        surface::{SurfaceOptions, TriangleMesh, shapes},
+    };
+
+    fn built(mesh: &TriangleMesh) -> Surface {
+        Surface::build(mesh, &SurfaceOptions::default()).unwrap()
+    }
+
+    fn at(face: u32) -> InnerPoint {
+        InnerPoint { face, weights: [0.2, 0.3, 0.5] }
+    }
+
+    /// The faces that a corridor leads to from its start.
+    fn reached(surface: &Surface, corridor: &Corridor, from: u32) -> Vec<bool> {
+        let mut seen = vec![false; surface.triangles.len()];
+        let mut queue = vec![from];
+        seen[from as usize] = true;
+        while let Some(face) = queue.pop() {
+            for twin in surface.twins[face as usize].iter().filter(|t| t.is_some()) {
+                if corridor.aim(surface, twin.face()).is_some() && !seen[twin.face() as usize] {
+                    seen[twin.face() as usize] = true;
+                    queue.push(twin.face());
+                }
+            }
+        }
+        seen
+    }
+
+    #[test]
+    fn corridors_lead_from_start_to_goal() {
+        let mut corridor = Corridor::default();
+        for mesh in [shapes::torus(2.0, 0.7, 90, 40), shapes::grid(90, 4, 9.0, 0.4), shapes::cube()] {
+            let surface = built(&mesh);
+            let faces = surface.triangles.len() as u32;
+            for i in 0..100_u32 {
+                let [from, to] = [i * 389 % faces, (i * 1021 + 7) % faces];
+                corridor.along_one_way(&surface, &at(from), &at(to));
+                assert!(corridor.aim(&surface, from).is_some());
+                let narrow = reached(&surface, &corridor, from);
+                assert!(narrow[to as usize]);
+                corridor.along_short_ways(&surface, &at(from), &at(to));
+                let wide = reached(&surface, &corridor, from);
+                assert!(narrow.iter().zip(&wide).all(|(n, w)| *w || !*n));
+            }
         }
     }
 
-    fn reach(&mut self, cluster: u32, next: u32, to_go: f64) {
-        self.labels[cluster as usize] = Label { epoch: self.epoch, next, to_go, closed: false };
+    #[test]
+    fn corridors_on_a_plane_are_narrow() {
+        let surface = built(&shapes::grid(120, 120, 12.0, 12.0));
+        let face = |x: f64, y: f64| {
+            let point = surface.closest_point(DVec3::new(x, y, 0.0)).unwrap().point;
+            surface.inner_point(&point).unwrap()
+        };
+        let mut corridor = Corridor::default();
+        let (from, to) = (face(0.5, 6.0), face(11.5, 6.0));
+        assert!(far_apart(&surface, &from, &to) && !far_apart(&surface, &from, &face(2.0, 6.0)));
+        corridor.along_short_ways(&surface, &from, &to);
+        let inside = (0..surface.triangles.len() as u32).filter(|f| corridor.aim(&surface, *f).is_some());
+        let heights: Vec<f64> = inside.map(|f| surface.inner_position(&at(f)).y).collect();
+        assert!(heights.len() < surface.triangles.len() / 3, "{}", heights.len());
+        assert!(heights.iter().all(|y| (2.5..9.5).contains(y)));
+    }
+
+    #[test]
+    fn searches_in_corridors_find_what_searches_everywhere_find() {
+        let surface = built(&shapes::torus(2.0, 0.7, 200, 80));
+        let faces = surface.triangles.len() as u32;
+        let (mut corridor, mut search) = (Corridor::default(), Search::default());
+        let (mut strip, mut path, mut straightener) = (Vec::new(), InnerPath::default(), Straightener::default());
+        for i in 0..60_u32 {
+            let (from, to) = (at(i * 389 % faces), at((i * 1021 + 7) % faces));
+            corridor.along_short_ways(&surface, &from, &to);
+            let inside = search.run_guided(&surface, &from, &to, &corridor, &mut strip).unwrap();
+            straightener.run(&surface, inside.start, inside.end, &mut strip, &mut path);
+            let length = path.length;
+            let everywhere = search.run(&surface, &from, &to, &mut strip).unwrap();
+            straightener.run(&surface, everywhere.start, everywhere.end, &mut strip, &mut path);
+            assert!(length < path.length * (1.0 + 1e-3), "{i}: {length} {}", path.length);
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{
     GeodesicPath, PathQuality,
+    corridor::{Corridor, far_apart},
     guess::Guess,
     inner::InnerPath,
     search::{Found, Search},
@@ -43,6 +44,7 @@ pub enum PathError {
 pub struct PathFinder {
     search: Search,
     guess: Guess,
+    corridor: Corridor,
     straightener: Straightener,
     strip: Vec<HalfEdge>,
     path: InnerPath,
@@ -137,11 +139,15 @@ impl PathFinder {
         quality: PathQuality,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
-        let guessed = match quality {
-            PathQuality::Fast => self.guess.run(surface, from, to, strip),
+        let near_a_way = match quality {
+            PathQuality::Fast => self.guess.run(surface, from, to, &mut self.corridor, strip),
+            PathQuality::Default if far_apart(surface, from, to) => {
+                self.corridor.along_short_ways(surface, from, to);
+                self.search.run_guided(surface, from, to, &self.corridor, strip)
+            }
             PathQuality::Default | PathQuality::Best => None,
         };
-        guessed.or_else(|| self.search.run(surface, from, to, strip))
+        near_a_way.or_else(|| self.search.run(surface, from, to, strip))
     }
 
     /// Straightens a known strip instead of searching one: the result can be reached from it by shortening alone.

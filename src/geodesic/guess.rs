@@ -14,17 +14,16 @@ use crate::surface::{HalfEdge, InnerPoint, Surface};
 /// full, that would make the search look at most of the corridor, for strips that are hardly better.
 const SO_FAR: f64 = 0.5;
 
-/// Scratch memory of guessing; linear in the faces looked at, and 32 bytes a cluster.
+/// Scratch memory of guessing; linear in the faces looked at.
 #[derive(Debug, Default)]
 pub(crate) struct Guess {
-    corridor: Corridor,
     seen: Seen,
     heap: Heap,
 }
 
 impl Guess {
     /// Guesses a strip from `from` to `to`, which must lie on one sheet in different faces; `strip` receives the sides
-    /// through which its faces are left.
+    /// through which its faces are left, and `corridor` the clusters near it.
     ///
     /// Cost: 0.1 µs a face of the strip, and a few hundredths for each cluster that is nearer than the goal.
     pub(crate) fn run(
@@ -32,9 +31,10 @@ impl Guess {
         surface: &Surface,
         from: &InnerPoint,
         to: &InnerPoint,
+        corridor: &mut Corridor,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
-        self.corridor.along_one_way(surface, from, to);
+        corridor.along_one_way(surface, from, to);
         self.heap.clear();
         self.seen.clear();
         self.seen.reach(from.face, HalfEdge::NONE, 0.0);
@@ -45,21 +45,21 @@ impl Guess {
                 return Some(Found { start: *from, end: *to });
             }
             if let Some(visit) = self.seen.close(face) {
-                self.expand(surface, face, &visit);
+                self.expand(surface, corridor, face, &visit);
             }
         }
         None
     }
 
     /// Reaches the neighbours of a face.
-    fn expand(&mut self, surface: &Surface, face: u32, visit: &Visit) {
+    fn expand(&mut self, surface: &Surface, guide: &impl Guide, face: u32, visit: &Visit) {
         let here = center(surface, face);
         for side in [0, 1, 2].map(|k| HalfEdge::new(face, k)) {
             let twin = surface.twin(side);
             if !twin.is_some() || side == visit.came_by {
                 continue;
             }
-            let Some(aim) = self.corridor.aim(surface, twin.face()) else { continue };
+            let Some(aim) = guide.aim(surface, twin.face()) else { continue };
             let there = center(surface, twin.face());
             let so_far = visit.so_far + here.distance(there);
             if self.seen.reach(twin.face(), side, so_far) {
@@ -113,19 +113,19 @@ mod tests {
         for mesh in [shapes::torus(2.0, 0.7, 90, 40), shapes::icosphere(4), slit(), shapes::cube()] {
             let surface = built(&mesh);
             let faces = surface.triangles.len() as u32;
-            let (mut guess, mut strip) = (Guess::default(), Vec::new());
+            let (mut guess, mut corridor, mut strip) = (Guess::default(), Corridor::default(), Vec::new());
             for i in 0..200_u32 {
                 let [from, to] = [i * 389 % faces, (i * 1021 + 7) % faces];
                 if from == to {
                     continue;
                 }
                 let [p, q] = [from, to].map(|face| InnerPoint { face, weights: [0.2, 0.3, 0.5] });
-                let found = guess.run(&surface, &p, &q, &mut strip).unwrap();
+                let found = guess.run(&surface, &p, &q, &mut corridor, &mut strip).unwrap();
                 assert_eq!((found.start, found.end, strip[0].face()), (p, q, from));
                 assert!(strip.windows(2).all(|w| surface.twin(w[0]).face() == w[1].face()));
                 assert_eq!(surface.twin(strip[strip.len() - 1]).face(), to);
                 let mut again = Vec::new();
-                Guess::default().run(&surface, &p, &q, &mut again);
+                Guess::default().run(&surface, &p, &q, &mut Corridor::default(), &mut again);
                 assert_eq!(strip, again);
             }
         }

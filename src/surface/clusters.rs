@@ -23,6 +23,8 @@ pub(crate) struct Clusters {
     first: Vec<u32>,
     /// Clusters that share a side, in rising order.
     neighbours: Vec<u32>,
+    /// Mean distance between the centers of neighbours.
+    spacing: f64,
 }
 
 impl Clusters {
@@ -56,6 +58,11 @@ impl Clusters {
     #[inline]
     pub(crate) fn center(&self, cluster: u32) -> DVec3 {
         self.centers[cluster as usize]
+    }
+
+    /// Mean distance between the centers of neighbouring clusters; zero if there are none.
+    pub(crate) fn spacing(&self) -> f64 {
+        self.spacing
     }
 
     /// The clusters that share a side with a cluster, in rising order.
@@ -137,12 +144,11 @@ impl Growth {
         for i in 1..first.len() {
             first[i] += first[i - 1];
         }
-        Clusters {
-            of_face: self.of_face,
-            centers: self.sums.iter().map(|(sum, count)| *sum / count.max(1.0)).collect(),
-            first,
-            neighbours: self.contacts.iter().map(|c| c[1]).collect(),
-        }
+        let centers: Vec<DVec3> = self.sums.iter().map(|(sum, count)| *sum / count.max(1.0)).collect();
+        let distance = |c: &[u32; 2]| centers[c[0] as usize].distance(centers[c[1] as usize]);
+        let spacing = self.contacts.iter().map(distance).sum::<f64>() / self.contacts.len().max(1) as f64;
+        let neighbours = self.contacts.iter().map(|c| c[1]).collect();
+        Clusters { of_face: self.of_face, centers, first, neighbours, spacing }
     }
 }
 
