@@ -1,6 +1,6 @@
 //! Legs and geodesic averages: what all schemes are made of.
 
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 
 use glam::DVec2;
 
@@ -11,7 +11,7 @@ use crate::geodesic::{
     tangent::InnerTangent,
     transport::{angle_at, direction_from, direction_to},
 };
-use crate::surface::{InnerPoint, Surface};
+use crate::surface::{InnerPoint, Surface, Zeros};
 
 /// Legs longer than this share of the diagonal are searched rather than continued (spec: beyond it, continuation winds
 /// around bumps).
@@ -45,8 +45,18 @@ impl Averager<'_> {
     /// The shortest path between two points.
     pub(crate) fn leg(&mut self, from: &InnerPoint, to: &InnerPoint) -> Result<InnerPath, PathError> {
         let mut leg = InnerPath::default();
-        self.finder.shortest_inner(self.surface, from, to, self.quality, &mut leg)?;
+        self.leg_into(from, to, &mut leg)?;
         Ok(leg)
+    }
+
+    /// [`leg`](Self::leg) into reused memory.
+    pub(crate) fn leg_into(
+        &mut self,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        out: &mut InnerPath,
+    ) -> Result<(), PathError> {
+        self.finder.shortest_inner(self.surface, from, to, self.quality, out)
     }
 
     /// The point at a share of a leg's length.
@@ -59,26 +69,43 @@ impl Averager<'_> {
     /// Where they are short and meet at a gentle angle, the two strips one after the other are straightened: much cheaper
     /// than a search, and as good. Otherwise the path is searched.
     pub(crate) fn bridge(&mut self, first: Span<'_>, second: Span<'_>) -> Result<InnerPath, PathError> {
+        let mut path = InnerPath::default();
+        self.bridge_into(first, second, &mut path)?;
+        Ok(path)
+    }
+
+    /// [`bridge`](Self::bridge) into reused memory.
+    pub(crate) fn bridge_into(
+        &mut self,
+        first: Span<'_>,
+        second: Span<'_>,
+        out: &mut InnerPath,
+    ) -> Result<(), PathError> {
         let surface = self.surface;
         let (i, start) = first.leg.at_share(surface, first.from);
         let (j, end) = second.leg.at_share(surface, second.to);
-        if start.face != end.face && self.may_continue(first, second) {
-            let (meet, here) = first.leg.at_share(surface, first.to);
-            let (from, there) = second.leg.at_share(surface, second.from);
-            let mut strip = first.leg.strip.get(i..meet).unwrap_or_default().to_vec();
-            if turn_into(surface, &here, there.face, &mut strip) {
-                strip.extend_from_slice(second.leg.strip.get(from..j).unwrap_or_default());
-                let mut path = InnerPath::default();
-                self.finder.continue_inner(surface, &start, &end, &mut strip, &mut path);
-                return Ok(path);
+        if start.face != end.face && self.are_short(first, second) {
+            let meet = Meeting::of(surface, first, second);
+            if meet.is_gentle(self, first, second) {
+                let mut strip = self.finder.lend_strip();
+                strip.extend_from_slice(first.leg.strip.get(i..meet.first).unwrap_or_default());
+                let meets = turn_into(surface, &meet.here, meet.there.face, &mut strip);
+                if meets {
+                    strip.extend_from_slice(second.leg.strip.get(meet.second..j).unwrap_or_default());
+                    self.finder.continue_inner(surface, &start, &end, &mut strip, out);
+                }
+                self.finder.take_strip_back(strip);
+                if meets {
+                    return Ok(());
+                }
             }
         }
-        self.leg(&start, &end)
+        self.leg_into(&start, &end, out)
     }
 
-    fn may_continue(&self, first: Span<'_>, second: Span<'_>) -> bool {
+    fn are_short(&self, first: Span<'_>, second: Span<'_>) -> bool {
         let limit = SHORT_LEG * self.surface.diagonal();
-        first.leg.length < limit && second.leg.length < limit && self.turn(first, second).abs() < GENTLE_TURN
+        first.leg.length < limit && second.leg.length < limit
     }
 
     /// By how much the way turns left where two spans meet, in (−π, π]; zero where one has no length.
@@ -93,5 +120,40 @@ impl Averager<'_> {
         }
         let angle = angle_at(self.surface, &here, &arriving, &leaving).rem_euclid(TAU);
         if angle > PI { angle - TAU } else { angle }
+    }
+}
+
+/// Where two spans meet: the stretches of their legs, and the place as either spells it.
+struct Meeting {
+    first: usize,
+    here: InnerPoint,
+    second: usize,
+    there: InnerPoint,
+}
+
+impl Meeting {
+    fn of(surface: &Surface, first: Span<'_>, second: Span<'_>) -> Self {
+        let (i, here) = first.leg.at_share(surface, first.to);
+        let (j, there) = second.leg.at_share(surface, second.from);
+        Self { first: i, here, second: j, there }
+    }
+
+    /// Whether the way turns little there.
+    fn is_gentle(&self, averager: &Averager<'_>, first: Span<'_>, second: Span<'_>) -> bool {
+        /// Stretches shorter than this share of their face's longest side have no direction to trust.
+        const FAR_ENOUGH: f64 = 1e-3;
+        let surface = averager.surface;
+        if self.here.face == self.there.face && self.here.zeros() == Zeros::None {
+            // Inside a face directions are what they are in space.
+            let at = |p: &InnerPoint| surface.inner_position(p);
+            let arriving = at(&self.here) - at(&first.leg.entry(surface, self.first));
+            let leaving = at(&second.leg.exit(self.second)) - at(&self.there);
+            let longest = surface.lengths[self.here.face as usize].iter().fold(0.0_f64, |m, l| m.max(*l));
+            let (a, b) = (arriving.length(), leaving.length());
+            if a.min(b) > FAR_ENOUGH * longest {
+                return arriving.dot(leaving) > FRAC_1_SQRT_2 * a * b;
+            }
+        }
+        averager.turn(first, second).abs() < GENTLE_TURN
     }
 }

@@ -9,7 +9,7 @@ use super::{
     average::{Averager, Span},
     casteljau::Legs,
 };
-use crate::geodesic::{PathError, inner::InnerPath};
+use crate::geodesic::{PathError, inner::InnerPath, path_list::PathList};
 use crate::surface::InnerPoint;
 
 /// The knots of a B-spline: consecutive integers, repeated at clamped ends.
@@ -116,85 +116,105 @@ fn stencil(knots: Knots, i: usize) -> Stencil {
     }
 }
 
-/// A point of the next level, with the path it is the middle of, if it is made of two legs.
+/// A point of the next level.
+#[derive(Clone, Copy, Debug)]
 struct Made {
     stencil: Stencil,
     point: InnerPoint,
-    across: Option<InnerPath>,
 }
 
-/// Makes point `i` of the next level; `legs[0]` is leg `offset` of this one.
+/// Makes point `i` of the next level; `legs[0]` is leg `offset` of this one. A point made of two legs is the middle of the path
+/// `across`.
 fn make(
     averager: &mut Averager<'_>,
     knots: Knots,
     i: usize,
     legs: &[InnerPath],
     offset: usize,
+    across: &mut InnerPath,
 ) -> Result<Made, PathError> {
     let stencil = stencil(knots, i);
-    let (point, across) = match stencil {
-        Stencil::First => (legs[0].start, None),
-        Stencil::Last => (legs[legs.len() - 1].end, None),
-        Stencil::On(j, share) => (averager.point(&legs[j - offset], share), None),
+    let point = match stencil {
+        Stencil::First => legs[0].start,
+        Stencil::Last => legs[legs.len() - 1].end,
+        Stencil::On(j, share) => averager.point(&legs[j - offset], share),
         Stencil::Across(j, from, to) => {
             let (first, second) = (&legs[j - offset], &legs[j + 1 - offset]);
-            let path = averager.bridge(Span::new(first, from, 1.0), Span::new(second, 0.0, to))?;
-            (averager.point(&path, 0.5), Some(path))
+            averager.bridge_into(Span::new(first, from, 1.0), Span::new(second, 0.0, to), across)?;
+            averager.point(across, 0.5)
         }
     };
-    Ok(Made { stencil, point, across })
+    Ok(Made { stencil, point })
 }
 
-/// The leg between two consecutive points of the next level, cut out of or bridged over legs of this one.
+/// The leg between two consecutive points of the next level, cut out of or bridged over legs of this one, and the paths `across`
+/// that the points are the middles of.
 fn join(
     averager: &mut Averager<'_>,
-    made: [&Made; 2],
+    [from, to]: [&Made; 2],
+    across: [&InnerPath; 2],
     legs: &[InnerPath],
     offset: usize,
-) -> Result<InnerPath, PathError> {
+    out: &mut InnerPath,
+) -> Result<(), PathError> {
     use Stencil::{Across, First, Last, On};
     let surface = averager.surface;
     let leg = |j: usize| &legs[j - offset];
-    let [from, to] = made;
-    match (from.stencil, &from.across, to.stencil, &to.across) {
-        (First, _, On(j, share), _) => Ok(leg(j).piece(surface, 0.0, share)),
-        (On(j, share), _, Last, _) => Ok(leg(j).piece(surface, share, 1.0)),
-        (On(j, a), _, On(k, b), _) if j == k => Ok(leg(j).piece(surface, a, b)),
-        (On(j, a), _, On(k, b), _) => averager.bridge(Span::new(leg(j), a, 1.0), Span::new(leg(k), 0.0, b)),
-        (On(j, a), _, Across(_, b, _), Some(path)) => {
-            averager.bridge(Span::new(leg(j), a, b), Span::new(path, 0.0, 0.5))
+    match (from.stencil, to.stencil) {
+        (First, On(j, share)) => leg(j).piece_into(surface, 0.0, share, out),
+        (On(j, share), Last) => leg(j).piece_into(surface, share, 1.0, out),
+        (On(j, a), On(k, b)) if j == k => leg(j).piece_into(surface, a, b, out),
+        (On(j, a), On(k, b)) => averager.bridge_into(Span::new(leg(j), a, 1.0), Span::new(leg(k), 0.0, b), out)?,
+        (On(j, a), Across(_, b, _)) => {
+            averager.bridge_into(Span::new(leg(j), a, b), Span::new(across[1], 0.0, 0.5), out)?;
         }
-        (Across(_, _, a), Some(path), On(k, b), _) => {
-            averager.bridge(Span::new(path, 0.5, 1.0), Span::new(leg(k), a, b))
+        (Across(_, _, a), On(k, b)) => {
+            averager.bridge_into(Span::new(across[0], 0.5, 1.0), Span::new(leg(k), a, b), out)?;
         }
-        _ => averager.leg(&from.point, &to.point),
+        _ => averager.leg_into(&from.point, &to.point, out)?,
     }
+    Ok(())
 }
 
-/// The points of the level after `levels` steps of a clamped chain; `legs` receives the legs between them if `joined`, else
-/// those of the level before.
+/// Scratch memory of a trace.
+#[derive(Debug, Default)]
+pub(crate) struct Levels {
+    /// Legs of the level that is reached.
+    pub(crate) legs: PathList,
+    next: PathList,
+    /// For each point of the next level the path that it is the middle of, where there is one.
+    across: PathList,
+    made: Vec<Made>,
+}
+
+/// The points of the level after `levels` steps of a clamped chain, of which `scratch` holds the legs; it then holds the legs
+/// between the points if `joined`, else those of the level before.
 pub(crate) fn trace(
     averager: &mut Averager<'_>,
-    knots: Knots,
-    legs: &mut Legs,
+    scratch: &mut Levels,
+    mut knots: Knots,
     levels: u8,
     joined: bool,
     points: &mut Vec<InnerPoint>,
 ) -> Result<(), PathError> {
+    let Levels { legs, next, across, made } = scratch;
     points.clear();
     points.extend(legs.iter().map(|leg| leg.start));
     points.extend(legs.last().map(|leg| leg.end));
-    let mut knots = knots;
     for level in 0..levels {
-        let count = 2 * knots.intervals + knots.degree;
-        let made: Vec<Made> = (0..count).map(|i| make(averager, knots, i, legs, 0)).collect::<Result<_, _>>()?;
+        made.clear();
+        across.clear();
+        for i in 0..2 * knots.intervals + knots.degree {
+            made.push(make(averager, knots, i, legs, 0, across.place())?);
+        }
         points.clear();
         points.extend(made.iter().map(|m| m.point));
         if joined || level + 1 < levels {
-            *legs = made
-                .windows(2)
-                .map(|pair| join(averager, [&pair[0], &pair[1]], legs, 0))
-                .collect::<Result<_, PathError>>()?;
+            next.clear();
+            for (i, pair) in made.windows(2).enumerate() {
+                join(averager, [&pair[0], &pair[1]], [&across[i], &across[i + 1]], legs, 0, next.place())?;
+            }
+            std::mem::swap(legs, next);
         }
         knots = knots.doubled();
     }
@@ -213,13 +233,16 @@ impl Interval {
     /// The two intervals of the next level.
     pub(crate) fn halve(&self, averager: &mut Averager<'_>) -> Result<[Self; 2], PathError> {
         let (first, degree) = (2 * self.index, self.knots.degree);
-        let points = first..first + degree + 2;
-        let made: Vec<Made> =
-            points.map(|k| make(averager, self.knots, k, &self.legs, self.index)).collect::<Result<_, _>>()?;
-        let mut left: Legs = made
-            .windows(2)
-            .map(|pair| join(averager, [&pair[0], &pair[1]], &self.legs, self.index))
-            .collect::<Result<_, _>>()?;
+        let mut across = vec![InnerPath::default(); degree + 2];
+        let mut made = Vec::with_capacity(degree + 2);
+        for (k, path) in across.iter_mut().enumerate() {
+            made.push(make(averager, self.knots, first + k, &self.legs, self.index, path)?);
+        }
+        let mut left = vec![InnerPath::default(); degree + 1];
+        for (k, leg) in left.iter_mut().enumerate() {
+            let (made, across) = ([&made[k], &made[k + 1]], [&across[k], &across[k + 1]]);
+            join(averager, made, across, &self.legs, self.index, leg)?;
+        }
         let right = left[1..].to_vec();
         left.truncate(degree);
         let knots = self.knots.doubled();

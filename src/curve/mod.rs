@@ -13,6 +13,7 @@ mod edit;
 mod handles;
 mod lane_riesenfeld;
 mod piece;
+mod retrace;
 mod sample;
 mod scheme;
 mod segment;

@@ -5,12 +5,12 @@ use super::{
     average::Averager,
     casteljau::Legs,
     comparison,
-    lane_riesenfeld::{self, Interval, Knots},
+    lane_riesenfeld::{self, Interval, Knots, Levels},
     piece::{self, Control, Spot},
-    sample::{self, Sampled},
+    sample,
 };
-use crate::geodesic::{GeodesicPath, inner::InnerPath};
-use crate::surface::SurfacePoint;
+use crate::geodesic::{GeodesicPath, inner::InnerPath, path_list::PathList};
+use crate::surface::{InnerPoint, SurfacePoint};
 
 /// What a segment's trace depends on: two equal keys have one trace, bit for bit.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,21 +68,11 @@ impl KeyControl {
         interval: usize,
         chain: &mut ChainLegs,
     ) -> Result<Control, TraceError> {
-        let surface = averager.surface;
         match self {
-            Self::Bezier { legs, middle } => {
-                let first = InnerPath::from_outer(surface, &legs[0])?;
-                let mut last = InnerPath::from_outer(surface, &legs[1])?;
-                last.reverse(surface);
-                // A document may say anything: a leg that does not join the handles is searched.
-                let joins = |middle: &&GeodesicPath| {
-                    surface.same_place(&middle.start, &legs[0].end) && surface.same_place(&middle.end, &legs[1].end)
-                };
-                let middle = match middle.as_ref().filter(joins) {
-                    Some(middle) => InnerPath::from_outer(surface, middle)?,
-                    None => averager.leg(&first.end, &last.start)?,
-                };
-                Ok(Control::Bezier(vec![first, middle, last]))
+            Self::Bezier { .. } => {
+                let mut legs = PathList::default();
+                self.polygon(averager, &mut legs)?;
+                Ok(Control::Bezier(legs.to_vec()))
             }
             Self::BSpline { points, knots, index } => {
                 let legs = chain.of_interval(averager, interval, points)?;
@@ -90,6 +80,58 @@ impl KeyControl {
             }
         }
     }
+}
+
+impl KeyControl {
+    /// The legs of a Bézier polygon, into memory that is kept; none for an interval of a B-spline.
+    fn polygon(&self, averager: &mut Averager<'_>, out: &mut PathList) -> Result<(), TraceError> {
+        let surface = averager.surface;
+        out.clear();
+        let Self::Bezier { legs, middle } = self else { return Ok(()) };
+        out.place().set_outer(surface, &legs[0])?;
+        let [start, end] = [&legs[0].end, &legs[1].end];
+        // A document may say anything: a leg that does not join the handles is searched.
+        let joins =
+            |middle: &&GeodesicPath| surface.same_place(&middle.start, start) && surface.same_place(&middle.end, end);
+        match middle.as_ref().filter(joins) {
+            Some(middle) => out.place().set_outer(surface, middle)?,
+            None => averager.leg_into(&surface.inner_point(start)?, &surface.inner_point(end)?, out.place())?,
+        }
+        let last = out.place();
+        last.set_outer(surface, &legs[1])?;
+        last.reverse(surface);
+        Ok(())
+    }
+}
+
+impl SegmentKey {
+    /// Traces the segment that this is the key of; `interval` is its place in the whole spline, which `chain` has the legs of.
+    pub(crate) fn trace(
+        self,
+        averager: &mut Averager<'_>,
+        scratch: &mut Scratch,
+        (interval, chain): (usize, &mut ChainLegs),
+        out: &mut SegmentTrace,
+    ) -> Result<(), TraceError> {
+        let is_bezier = matches!(self.control, KeyControl::Bezier { .. });
+        if is_bezier && subdivides_whole(self.scheme) {
+            self.control.polygon(averager, &mut scratch.levels.legs)?;
+            out.jumps.clear();
+            trace_subdivided(averager, scratch, self.scheme.sampling, out)?;
+        } else {
+            let control = self.control.control(averager, interval, chain)?;
+            trace(averager, scratch, control, self.scheme, out)?;
+        }
+        out.key = Some(self);
+        Ok(())
+    }
+}
+
+/// Scratch memory of tracing a segment.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    levels: Levels,
+    points: Vec<InnerPoint>,
 }
 
 /// Searches the legs of a Bézier polygon.
@@ -108,31 +150,55 @@ fn understood(control: Control, method: Method) -> Control {
     }
 }
 
-/// Traces a segment.
+/// Traces a segment, into a trace whose memory is kept; its key is the caller's to set.
 pub(crate) fn trace(
     averager: &mut Averager<'_>,
+    scratch: &mut Scratch,
     control: Control,
     scheme: Scheme,
-    key: Option<SegmentKey>,
-) -> Result<SegmentTrace, TraceError> {
-    let (sampled, jumps) = match control {
+    out: &mut SegmentTrace,
+) -> Result<(), TraceError> {
+    out.jumps.clear();
+    let sampled = match control {
         Control::Bezier(legs) if scheme.method.is_for_comparison() => {
-            comparison::sample(averager, &legs, scheme.method, scheme.sampling)?
+            let (sampled, jumps) = comparison::sample(averager, &legs, scheme.method, scheme.sampling)?;
+            out.jumps = jumps;
+            sampled
         }
         Control::Bezier(legs) if subdivides_whole(scheme) => {
-            (subdivide(averager, legs, scheme.sampling, true)?.1, Vec::new())
+            scratch.levels.legs.clear();
+            scratch.levels.legs.extend_from(&legs);
+            return trace_subdivided(averager, scratch, scheme.sampling, out);
         }
         control => {
             let control = understood(control, scheme.method);
-            (sample::sample(averager, control, scheme.sampling, scheme.on_curve)?, Vec::new())
+            sample::sample(averager, control, scheme.sampling, scheme.on_curve)?
         }
     };
-    Ok(SegmentTrace::new(averager.surface, key, sampled, jumps))
+    out.fill(averager.surface, &sampled.paths, sampled.bound);
+    out.parameters = sampled.parameters;
+    Ok(())
+}
+
+/// Traces the polygon whose legs `scratch` holds by subdividing it.
+fn trace_subdivided(
+    averager: &mut Averager<'_>,
+    scratch: &mut Scratch,
+    sampling: Sampling,
+    out: &mut SegmentTrace,
+) -> Result<(), TraceError> {
+    let knots = subdivide(averager, scratch, sampling, true)?;
+    out.fill(averager.surface, &scratch.levels.legs, None);
+    out.parameters.clear();
+    let intervals = knots.intervals as f64;
+    out.parameters.extend((0..scratch.points.len()).map(|i| knots.greville(i) / intervals));
+    Ok(())
 }
 
 /// The points of a segment's trace alone.
 pub(crate) fn trace_points(
     averager: &mut Averager<'_>,
+    scratch: &mut Scratch,
     control: Control,
     scheme: Scheme,
     out: &mut Vec<SurfacePoint>,
@@ -140,11 +206,14 @@ pub(crate) fn trace_points(
     let surface = averager.surface;
     match control {
         Control::Bezier(legs) if subdivides_whole(scheme) => {
-            let points = subdivide(averager, legs, scheme.sampling, false)?.0;
-            out.extend(points.iter().map(|p| surface.outer_point(p)));
+            scratch.levels.legs.clear();
+            scratch.levels.legs.extend_from(&legs);
+            subdivide(averager, scratch, scheme.sampling, false)?;
+            out.extend(scratch.points.iter().map(|p| surface.outer_point(p)));
         }
         control => {
-            let segment = trace(averager, control, scheme, None)?;
+            let mut segment = SegmentTrace::default();
+            trace(averager, scratch, control, scheme, &mut segment)?;
             out.extend(segment.points());
         }
     }
@@ -157,22 +226,20 @@ fn subdivides_whole(scheme: Scheme) -> bool {
     scheme.method == Method::LaneRiesenfeld && even && !scheme.on_curve
 }
 
+/// Subdivides the polygon whose legs `scratch` holds; it then holds the points, and the legs between them if `joined`.
 fn subdivide(
     averager: &mut Averager<'_>,
-    mut legs: Legs,
+    scratch: &mut Scratch,
     sampling: Sampling,
     joined: bool,
-) -> Result<(Vec<crate::surface::InnerPoint>, Sampled), TraceError> {
-    let degree = legs.len();
-    let longest = legs.iter().map(|leg| leg.length).fold(0.0, f64::max);
+) -> Result<Knots, TraceError> {
+    let degree = scratch.levels.legs.len();
+    let longest = scratch.levels.legs.iter().map(|leg| leg.length).fold(0.0, f64::max);
     // The legs of a level with N intervals are up to degree / N times as long as those of the polygon.
     let levels = sampling.levels(degree as f64 * longest).unwrap_or(0);
-    let mut points = Vec::new();
-    lane_riesenfeld::trace(averager, Knots::bezier(degree), &mut legs, levels, joined, &mut points)?;
-    let intervals = 1_usize << levels;
-    let knots = Knots { intervals, ..Knots::bezier(degree) };
-    let parameters = (0..points.len()).map(|i| knots.greville(i) / intervals as f64).collect();
-    Ok((points, Sampled { paths: legs, parameters, bound: None }))
+    let knots = Knots::bezier(degree);
+    lane_riesenfeld::trace(averager, &mut scratch.levels, knots, levels, joined, &mut scratch.points)?;
+    Ok(Knots { intervals: 1 << levels, ..knots })
 }
 
 /// The curve's point at a local parameter.

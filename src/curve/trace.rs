@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{SplineT, sample::Sampled, segment::SegmentKey};
-use crate::geodesic::GeodesicPath;
-use crate::surface::{InnerPoint, Surface, SurfacePoint};
+use super::{SplineT, segment::SegmentKey};
+use crate::geodesic::{GeodesicPath, inner::InnerPath};
+use crate::surface::{Surface, SurfacePoint};
 
 /// What kept an adaptive trace from being as straight as asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -30,11 +30,11 @@ pub struct Jump {
 }
 
 /// The trace of one segment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SegmentTrace {
     pub(crate) key: Option<SegmentKey>,
     points: Vec<SurfacePoint>,
-    parameters: Vec<f64>,
+    pub(crate) parameters: Vec<f64>,
     paths: Vec<GeodesicPath>,
     polyline: Vec<DVec3>,
     /// Distance along the trace of each vertex of the polyline.
@@ -42,50 +42,45 @@ pub struct SegmentTrace {
     /// Where each path begins in the polyline, and one past the end.
     begins: Vec<u32>,
     bound: Option<TraceBound>,
-    jumps: Vec<Jump>,
+    pub(crate) jumps: Vec<Jump>,
 }
 
 impl SegmentTrace {
-    /// From the geodesics between consecutive points, and the points' parameters.
-    pub(crate) fn new(surface: &Surface, key: Option<SegmentKey>, sampled: Sampled, jumps: Vec<Jump>) -> Self {
-        let Sampled { paths: legs, parameters, bound } = sampled;
-        let mut out = Self {
-            key,
-            bound,
-            jumps,
-            points: Vec::with_capacity(legs.len() + 1),
-            parameters,
-            paths: Vec::with_capacity(legs.len()),
-            polyline: Vec::new(),
-            distances: Vec::new(),
-            begins: Vec::with_capacity(legs.len() + 1),
-        };
-        let mut sum = 0.0;
-        let mut last = None;
-        let mut push = |out: &mut Self, p: DVec3| {
-            sum += last.map_or(0.0, |last: DVec3| last.distance(p));
-            // Lengths are measured before the origin is added: far away it would swallow their digits.
-            last = Some(p);
-            out.polyline.push(surface.origin + p);
-            out.distances.push(sum);
-        };
-        let mut end: Option<InnerPoint> = None;
-        for leg in &legs {
-            if end.is_none() {
-                push(&mut out, surface.inner_position(&leg.start));
+    /// Becomes the trace made of the geodesics between consecutive points, keeping memory.
+    pub(crate) fn fill(&mut self, surface: &Surface, paths: &[InnerPath], bound: Option<TraceBound>) {
+        self.bound = bound;
+        self.points.clear();
+        self.polyline.clear();
+        self.distances.clear();
+        self.begins.clear();
+        self.paths.truncate(paths.len());
+        let (mut sum, mut last) = (0.0, None);
+        for (i, path) in paths.iter().enumerate() {
+            if i == 0 {
+                self.push(surface, surface.inner_position(&path.start), &mut last, &mut sum);
             }
-            out.points.push(surface.outer_point(&leg.start));
-            out.begins.push(out.polyline.len() as u32 - 1);
-            for i in 0..leg.strip.len() {
-                push(&mut out, leg.crossing_position(surface, i));
+            self.points.push(surface.outer_point(&path.start));
+            self.begins.push(self.polyline.len() as u32 - 1);
+            for k in 0..path.strip.len() {
+                self.push(surface, path.crossing_position(surface, k), &mut last, &mut sum);
             }
-            push(&mut out, surface.inner_position(&leg.end));
-            out.paths.push(leg.to_outer(surface));
-            end = Some(leg.end);
+            self.push(surface, surface.inner_position(&path.end), &mut last, &mut sum);
+            match self.paths.get_mut(i) {
+                Some(out) => path.outer_into(surface, out),
+                None => self.paths.push(path.to_outer(surface)),
+            }
         }
-        out.points.extend(end.map(|p| surface.outer_point(&p)));
-        out.begins.push(out.polyline.len().saturating_sub(1) as u32);
-        out
+        self.points.extend(paths.last().map(|path| surface.outer_point(&path.end)));
+        self.begins.push(self.polyline.len().saturating_sub(1) as u32);
+    }
+
+    /// Adds a vertex to the polyline.
+    fn push(&mut self, surface: &Surface, p: DVec3, last: &mut Option<DVec3>, sum: &mut f64) {
+        // Lengths are measured before the origin is added: far away it would swallow their digits.
+        *sum += last.map_or(0.0, |last| last.distance(p));
+        *last = Some(p);
+        self.polyline.push(surface.origin + p);
+        self.distances.push(*sum);
     }
 
     /// The scheme's points.
@@ -169,8 +164,8 @@ impl SegmentTrace {
 /// It depends on surface and spline alone: the same bits whatever was traced before, and on however many threads.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    segments: Vec<Arc<SegmentTrace>>,
-    retraced: Vec<u32>,
+    pub(super) segments: Vec<Arc<SegmentTrace>>,
+    pub(super) retraced: Vec<u32>,
 }
 
 /// Two traces are equal if their segments are; how they came about does not count.

@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use super::{
-    Method, Scheme, Spline, SplineT, Trace,
+    Method, Scheme, SegmentTrace, Spline, SplineT, Trace,
     average::Averager,
-    lane_riesenfeld::Knots,
     piece::Control,
-    segment::{self, ChainLegs, KeyControl, SegmentKey},
+    segment::{self, ChainLegs, Scratch},
 };
 use crate::geodesic::{PathError, PathFinder, Tangent};
 use crate::surface::{PointError, Surface, SurfacePoint};
@@ -55,6 +54,7 @@ impl From<PointError> for TraceError {
 pub struct TraceWorkspace {
     /// The path finder inside, free for queries of one's own.
     pub finder: PathFinder,
+    pub(crate) scratch: Scratch,
 }
 
 /// Traces control polygons on one surface.
@@ -96,8 +96,13 @@ impl<'s> Tracer<'s> {
         let mut averager =
             Averager { surface: self.surface, finder: &mut self.workspace.finder, quality: scheme.quality };
         let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
-        let traced = controls.into_iter().map(|control| segment::trace(&mut averager, control, *scheme, None));
-        let segments: Vec<_> = traced.map(|segment| segment.map(Arc::new)).collect::<Result<_, _>>()?;
+        let scratch = &mut self.workspace.scratch;
+        let mut segments = Vec::with_capacity(controls.len());
+        for control in controls {
+            let mut segment = SegmentTrace::default();
+            segment::trace(&mut averager, scratch, control, *scheme, &mut segment)?;
+            segments.push(Arc::new(segment));
+        }
         let retraced = (0..segments.len() as u32).collect();
         Ok(Trace::new(segments, retraced))
     }
@@ -118,7 +123,7 @@ impl<'s> Tracer<'s> {
         out.clear();
         for control in controls {
             out.truncate(out.len().saturating_sub(1)); // the next segment begins with the last one's end
-            segment::trace_points(&mut averager, control, *scheme, out)?;
+            segment::trace_points(&mut averager, &mut self.workspace.scratch, control, *scheme, out)?;
         }
         Ok(())
     }
@@ -157,40 +162,6 @@ pub struct CurvePoint {
 }
 
 impl Spline {
-    /// Traces the spline. Segments whose control points and scheme are as in `previous` are shared with it; the result is
-    /// the same, bit for bit, as without.
-    ///
-    /// # Errors
-    /// [`TraceError`] if control points cannot be joined or do not belong to the surface.
-    pub fn trace(
-        &self,
-        surface: &Surface,
-        workspace: &mut TraceWorkspace,
-        previous: Option<&Trace>,
-    ) -> Result<Trace, TraceError> {
-        let known = previous.map_or(&[][..], Trace::segments);
-        let mut chain = ChainLegs::default();
-        let mut retraced = Vec::new();
-        let mut segments = Vec::with_capacity(self.segment_count());
-        for i in 0..self.segment_count() {
-            let key = self.key(surface, i);
-            // An edit may have shifted segments by one: look at the neighbours too.
-            let near = [Some(i), i.checked_sub(1), Some(i + 1)];
-            let same = near.into_iter().flatten().filter_map(|k| known.get(k)).find(|s| s.key.as_ref() == Some(&key));
-            segments.push(match same {
-                Some(segment) => Arc::clone(segment),
-                None => {
-                    retraced.push(i as u32);
-                    let mut averager =
-                        Averager { surface, finder: &mut workspace.finder, quality: self.scheme.quality };
-                    let control = key.control.control(&mut averager, i, &mut chain)?;
-                    Arc::new(segment::trace(&mut averager, control, key.scheme, Some(key))?)
-                }
-            });
-        }
-        Ok(Trace::new(segments, retraced))
-    }
-
     /// The curve's own point at a parameter, to about 1e-6 of the diagonal.
     ///
     /// # Errors
@@ -223,24 +194,7 @@ impl Spline {
 
     /// The piece of curve that a segment is.
     pub(crate) fn control(&self, averager: &mut Averager<'_>, segment: usize) -> Result<Control, TraceError> {
-        self.key(averager.surface, segment).control.control(averager, 0, &mut ChainLegs::default())
-    }
-
-    fn key(&self, surface: &Surface, segment: usize) -> SegmentKey {
-        let n = self.anchors.len();
-        let anchor = |k: usize| &self.anchors[(segment + k) % n];
-        let control = match self.scheme.method.b_spline_degree() {
-            Some(degree) => {
-                let knots = Knots { degree, intervals: self.segment_count(), periodic: self.closed };
-                let (knots, index) = knots.around(segment);
-                KeyControl::BSpline { points: (0..=degree).map(|k| anchor(k).point).collect(), knots, index }
-            }
-            None => KeyControl::Bezier {
-                legs: Box::new([anchor(0).outgoing.leg.clone(), anchor(1).incoming.leg.clone()]),
-                middle: anchor(0).middle.clone(),
-            },
-        };
-        SegmentKey { surface: surface.fingerprint(), control, scheme: self.scheme.settled() }
+        self.key(averager.surface, segment, None).control.control(averager, 0, &mut ChainLegs::default())
     }
 }
 

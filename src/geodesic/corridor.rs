@@ -18,9 +18,9 @@ const NONE: u32 = u32::MAX;
 /// A place to head for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aim {
-    pub(crate) at: DVec3,
+    at: DVec3,
     /// How far it is from there to the goal.
-    pub(crate) to_go: f64,
+    to_go: f64,
 }
 
 impl Aim {
@@ -29,12 +29,6 @@ impl Aim {
     pub(crate) fn from(&self, place: DVec3) -> f64 {
         place.distance(self.at) + self.to_go
     }
-}
-
-/// Says where a search may go, and what for.
-pub(crate) trait Guide {
-    /// What to head for in a face; none where the search may not go.
-    fn aim(&self, surface: &Surface, face: u32) -> Option<&Aim>;
 }
 
 /// A set of clusters that leads from start to goal; scratch memory of 64 bytes a cluster.
@@ -119,14 +113,6 @@ impl Reach {
     }
 }
 
-impl Guide for Corridor {
-    #[inline]
-    fn aim(&self, surface: &Surface, face: u32) -> Option<&Aim> {
-        let mark = self.marks[surface.clusters.of(face) as usize];
-        if mark.epoch == self.epoch { self.aims.get(mark.aim as usize) } else { None }
-    }
-}
-
 /// Whether points are so far apart that a search between them is worth a corridor.
 pub(crate) fn far_apart(surface: &Surface, from: &InnerPoint, to: &InnerPoint) -> bool {
     surface.inner_position(from).distance(surface.inner_position(to)) > FAR * surface.clusters.spacing()
@@ -168,6 +154,13 @@ impl Corridor {
         let mark = Mark { epoch: self.epoch, aim };
         self.marks[cluster as usize] = mark;
         clusters.neighbours(cluster).iter().for_each(|n| self.marks[*n as usize] = mark);
+    }
+
+    /// What a face heads for; none outside the corridor.
+    #[inline]
+    pub(crate) fn aim(&self, surface: &Surface, face: u32) -> Option<&Aim> {
+        let mark = self.marks[surface.clusters.of(face) as usize];
+        if mark.epoch == self.epoch { self.aims.get(mark.aim as usize) } else { None }
     }
 
     fn begin(&mut self, clusters: &Clusters) {
@@ -332,7 +325,7 @@ mod tests {
         for i in 0..60_u32 {
             let (from, to) = (at(i * 389 % faces), at((i * 1021 + 7) % faces));
             corridor.along_short_ways(&surface, &from, &to);
-            let inside = search.run_guided(&surface, &from, &to, &corridor, &mut strip).unwrap();
+            let inside = search.run_inside(&surface, &from, &to, &corridor, &mut strip).unwrap();
             straightener.run(&surface, inside.start, inside.end, &mut strip, &mut path);
             let length = path.length;
             let everywhere = search.run(&surface, &from, &to, &mut strip).unwrap();

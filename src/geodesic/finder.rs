@@ -4,11 +4,14 @@ use super::{
     GeodesicPath, PathQuality,
     corridor::{Corridor, far_apart},
     guess::Guess,
-    inner::InnerPath,
+    inner::{InnerPath, reverse_strip},
     search::{Found, Search},
     straighten::{Straightener, order},
 };
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
+
+/// A path must be shorter than another by this factor to be taken instead; less is rounding.
+const SHORTER: f64 = 1.0 - 1e-12;
 
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,11 +46,15 @@ pub enum PathError {
 #[derive(Debug, Default)]
 pub struct PathFinder {
     search: Search,
+    back: Search,
     guess: Guess,
     corridor: Corridor,
     straightener: Straightener,
     strip: Vec<HalfEdge>,
+    /// To build strips to continue in.
+    spare_strip: Vec<HalfEdge>,
     path: InnerPath,
+    other_path: InnerPath,
 }
 
 impl PathFinder {
@@ -87,12 +94,32 @@ impl PathFinder {
         to: &SurfacePoint,
         quality: PathQuality,
     ) -> Result<GeodesicPath, PathError> {
+        let mut path = GeodesicPath::at_rest(*from);
+        self.shortest_into(surface, from, to, quality, &mut path)?;
+        Ok(path)
+    }
+
+    /// [`shortest_with_quality`](Self::shortest_with_quality) into a path whose memory is reused: once warm, nothing is
+    /// allocated.
+    ///
+    /// # Errors
+    /// As [`shortest`](Self::shortest); `out` is then as it was.
+    pub fn shortest_into(
+        &mut self,
+        surface: &Surface,
+        from: &SurfacePoint,
+        to: &SurfacePoint,
+        quality: PathQuality,
+        out: &mut GeodesicPath,
+    ) -> Result<(), PathError> {
         let (from, to) = (surface.inner_point(from)?, surface.inner_point(to)?);
         let mut path = std::mem::take(&mut self.path);
         let found = self.shortest_inner(surface, &from, &to, quality, &mut path);
-        let result = found.map(|()| path.to_outer(surface));
+        if found.is_ok() {
+            path.outer_into(surface, out);
+        }
         self.path = path;
-        result
+        found
     }
 
     /// [`shortest`](Self::shortest) in inner spelling, into reused memory.
@@ -117,6 +144,9 @@ impl PathFinder {
             let result = match self.find_strip(surface, first, second, quality, &mut strip) {
                 Some(ends) => {
                     self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
+                    if quality == PathQuality::Best {
+                        self.look_back(surface, first, second, &mut strip, out);
+                    }
                     Ok(())
                 }
                 None => Err(no_path(surface, from, to)),
@@ -143,11 +173,41 @@ impl PathFinder {
             PathQuality::Fast => self.guess.run(surface, from, to, &mut self.corridor, strip),
             PathQuality::Default if far_apart(surface, from, to) => {
                 self.corridor.along_short_ways(surface, from, to);
-                self.search.run_guided(surface, from, to, &self.corridor, strip)
+                self.search.run_inside(surface, from, to, &self.corridor, strip)
             }
             PathQuality::Default | PathQuality::Best => None,
         };
         near_a_way.or_else(|| self.search.run(surface, from, to, strip))
+    }
+
+    /// Searches the other way round, and takes that path where it is shorter than the one found.
+    fn look_back(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        strip: &mut Vec<HalfEdge>,
+        path: &mut InnerPath,
+    ) {
+        let found = self.back.run_back(surface, to, from, &self.search, path.length, strip);
+        let Some(ends) = found else { return };
+        reverse_strip(surface, strip);
+        self.straightener.run(surface, ends.end, ends.start, strip, &mut self.other_path);
+        if self.other_path.length < path.length * SHORTER && !self.other_path.frozen {
+            std::mem::swap(path, &mut self.other_path);
+        }
+    }
+
+    /// An empty strip, to be given back.
+    pub(crate) fn lend_strip(&mut self) -> Vec<HalfEdge> {
+        let mut strip = std::mem::take(&mut self.spare_strip);
+        strip.clear();
+        strip
+    }
+
+    /// Takes a lent strip back, for the next who asks.
+    pub(crate) fn take_strip_back(&mut self, strip: Vec<HalfEdge>) {
+        self.spare_strip = strip;
     }
 
     /// Straightens a known strip instead of searching one: the result can be reached from it by shortening alone.

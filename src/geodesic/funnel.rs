@@ -74,43 +74,70 @@ impl Funnel {
         let Some(&first) = strip.first() else {
             return surface.inner_position(start).distance(surface.inner_position(end));
         };
-        self.unfold(surface, start, end, strip, first);
+        let ends = self.unfold(surface, start, end, strip, first);
+        if self.is_straight(ends) {
+            let knot = |at: DVec2| Knot { at, vertex: NO_VERTEX, side: 0, left: false };
+            self.string.extend(ends.map(knot));
+            return ends[0].distance(ends[1]);
+        }
+        self.tighten(surface, strip, ends);
         self.string.extend_from_slice(&self.left_chain.knots[self.left_chain.head..]);
         self.collect_bends(surface, strip, bends);
         self.string.windows(2).map(|w| w[0].at.distance(w[1].at)).sum()
     }
 
-    /// Lays the faces side by side into the plane and hands each new end of a side to the funnel.
-    fn unfold(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint, strip: &[HalfEdge], first: HalfEdge) {
+    /// Lays the faces side by side into the plane; gives start and end there.
+    fn unfold(
+        &mut self,
+        surface: &Surface,
+        start: &InnerPoint,
+        end: &InnerPoint,
+        strip: &[HalfEdge],
+        first: HalfEdge,
+    ) -> [DVec2; 2] {
         let width = surface.length(first);
         let (mut right, mut left) = (DVec2::ZERO, DVec2::new(width, 0.0));
         let corner = metric::apex(right, left, width, surface.length(first.prev()), surface.length(first.next()));
-        let source = spell(start, first, [right, left, corner]);
-        self.string.push(Knot { at: source, vertex: NO_VERTEX, side: 0, left: false });
-        let (mut last_left, mut last_right) = (NO_VERTEX, NO_VERTEX);
+        let from = spell(start, first, [right, left, corner]);
+        let mut to = from;
         for (side, &h) in strip.iter().enumerate() {
-            let (vertex_left, vertex_right) = (surface.target(h), surface.origin(h));
             self.lefts.push(left);
             self.rights.push(right);
-            if vertex_left != last_left {
-                self.add(Knot { at: left, vertex: vertex_left, side, left: true });
-            }
-            if vertex_right != last_right {
-                self.add(Knot { at: right, vertex: vertex_right, side, left: false });
-            }
-            (last_left, last_right) = (vertex_left, vertex_right);
             let twin = surface.twin(h);
-            let (la, lb) = (surface.length(twin.prev()), surface.length(twin.next()));
-            let corner = metric::apex(left, right, surface.length(twin), la, lb);
+            let lengths = surface.lengths[twin.face() as usize];
+            let length = |h: HalfEdge| lengths[h.side()];
+            let corner = metric::apex(left, right, length(twin), length(twin.prev()), length(twin.next()));
             match strip.get(side + 1) {
-                None => {
-                    let at = spell(end, twin, [left, right, corner]);
-                    self.add(Knot { at, vertex: NO_VERTEX, side: side + 1, left: true });
-                }
+                None => to = spell(end, twin, [left, right, corner]),
                 Some(next) if *next == twin.next() => left = corner,
                 Some(_) => right = corner,
             }
         }
+        [from, to]
+    }
+
+    /// Whether the straight line from start to end stays inside the strip, away from all vertices.
+    fn is_straight(&self, [start, end]: [DVec2; 2]) -> bool {
+        let along = end - start;
+        let beside = |p: &DVec2| along.perp_dot(*p - start);
+        self.lefts.iter().zip(&self.rights).all(|(left, right)| beside(left) > 0.0 && beside(right) < 0.0)
+    }
+
+    /// Hands each new end of a side to the funnel, and the end of the string.
+    fn tighten(&mut self, surface: &Surface, strip: &[HalfEdge], [start, end]: [DVec2; 2]) {
+        self.string.push(Knot { at: start, vertex: NO_VERTEX, side: 0, left: false });
+        let (mut last_left, mut last_right) = (NO_VERTEX, NO_VERTEX);
+        for (side, &h) in strip.iter().enumerate() {
+            let (left, right) = (surface.target(h), surface.origin(h));
+            if left != last_left {
+                self.add(Knot { at: self.lefts[side], vertex: left, side, left: true });
+            }
+            if right != last_right {
+                self.add(Knot { at: self.rights[side], vertex: right, side, left: false });
+            }
+            (last_left, last_right) = (left, right);
+        }
+        self.add(Knot { at: end, vertex: NO_VERTEX, side: strip.len(), left: true });
     }
 
     /// Narrows the funnel by a knot on one of its walls; where that wall passes the other, the other's knots become bends.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    corridor::{Corridor, Guide},
+    corridor::Corridor,
     heap::Heap,
     search::Found,
     seen::{Seen, Visit},
@@ -52,14 +52,14 @@ impl Guess {
     }
 
     /// Reaches the neighbours of a face.
-    fn expand(&mut self, surface: &Surface, guide: &impl Guide, face: u32, visit: &Visit) {
+    fn expand(&mut self, surface: &Surface, corridor: &Corridor, face: u32, visit: &Visit) {
         let here = center(surface, face);
         for side in [0, 1, 2].map(|k| HalfEdge::new(face, k)) {
             let twin = surface.twin(side);
             if !twin.is_some() || side == visit.came_by {
                 continue;
             }
-            let Some(aim) = guide.aim(surface, twin.face()) else { continue };
+            let Some(aim) = corridor.aim(surface, twin.face()) else { continue };
             let there = center(surface, twin.face());
             let so_far = visit.so_far + here.distance(there);
             if self.seen.reach(twin.face(), side, so_far) {

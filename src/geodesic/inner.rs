@@ -57,6 +57,15 @@ impl InnerPath {
         side_position(surface, h, t)
     }
 
+    /// Becomes a copy of another path, keeping its memory.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let Self { start, end, strip, at, travelled, length, frozen } = other;
+        (self.start, self.end, self.length, self.frozen) = (*start, *end, *length, *frozen);
+        self.strip.clone_from(strip);
+        self.at.clone_from(at);
+        self.travelled.clone_from(travelled);
+    }
+
     /// Makes this a path of one stretch, keeping its memory.
     pub(crate) fn set_straight(&mut self, surface: &Surface, start: InnerPoint, end: InnerPoint) {
         (self.start, self.end, self.frozen) = (start, end, false);
@@ -101,41 +110,54 @@ impl InnerPath {
         (stretch, between(&a, &b, share))
     }
 
-    /// The point at a share of the length.
+    /// The point at a share of the length, with its stretch.
     pub(crate) fn at_share(&self, surface: &Surface, share: f64) -> (usize, InnerPoint) {
+        if share <= 0.0 {
+            return (0, self.start);
+        }
+        if share >= 1.0 {
+            return (self.strip.len(), self.end);
+        }
         self.at_distance(surface, share * self.length)
     }
 
     /// The piece between two shares of the length, `from` ≤ `to`.
     pub(crate) fn piece(&self, surface: &Surface, from: f64, to: f64) -> Self {
-        let (first, start) = if from <= 0.0 { (0, self.start) } else { self.at_share(surface, from) };
-        let (last, end) = if to >= 1.0 { (self.strip.len(), self.end) } else { self.at_share(surface, to) };
-        let last = last.max(first);
-        let mut out = Self {
-            start,
-            end,
-            strip: self.strip[first..last].to_vec(),
-            at: self.at[first..last].to_vec(),
-            frozen: self.frozen,
-            ..Self::default()
-        };
-        out.measure(surface);
+        let mut out = Self::default();
+        self.piece_into(surface, from, to, &mut out);
         out
+    }
+
+    /// [`piece`](Self::piece) into reused memory.
+    pub(crate) fn piece_into(&self, surface: &Surface, from: f64, to: f64, out: &mut Self) {
+        let (first, start) = self.at_share(surface, from);
+        let (last, end) = self.at_share(surface, to);
+        let last = last.max(first);
+        (out.start, out.end, out.frozen) = (start, end, self.frozen);
+        out.strip.clear();
+        out.strip.extend_from_slice(&self.strip[first..last]);
+        out.at.clear();
+        out.at.extend_from_slice(&self.at[first..last]);
+        out.measure(surface);
     }
 
     /// The public form, in input faces.
     pub(crate) fn to_outer(&self, surface: &Surface) -> GeodesicPath {
-        let crossings = self.strip.iter().zip(&self.at).map(|(h, t)| {
+        let mut out = GeodesicPath::at_rest(surface.outer_point(&self.start));
+        self.outer_into(surface, &mut out);
+        out
+    }
+
+    /// [`to_outer`](Self::to_outer) into reused memory.
+    pub(crate) fn outer_into(&self, surface: &Surface, out: &mut GeodesicPath) {
+        out.start = surface.outer_point(&self.start);
+        out.end = surface.outer_point(&self.end);
+        (out.length, out.frozen) = (self.length, self.frozen);
+        out.crossings.clear();
+        out.crossings.extend(self.strip.iter().zip(&self.at).map(|(h, t)| {
             let (face, side, reversed) = surface.outer_side(*h);
             Crossing { face, side, at: if reversed { 1.0 - t } else { *t } }
-        });
-        GeodesicPath {
-            start: surface.outer_point(&self.start),
-            end: surface.outer_point(&self.end),
-            crossings: crossings.collect(),
-            length: self.length,
-            frozen: self.frozen,
-        }
+        }));
     }
 
     /// From the public form.
@@ -143,12 +165,22 @@ impl InnerPath {
     /// # Errors
     /// [`PointError`] if the path does not belong to the surface.
     pub(crate) fn from_outer(surface: &Surface, path: &GeodesicPath) -> Result<Self, PointError> {
-        let mut out = Self {
-            start: surface.inner_point(&path.start)?,
-            end: surface.inner_point(&path.end)?,
-            frozen: path.frozen,
-            ..Self::default()
-        };
+        let mut out = Self::default();
+        out.set_outer(surface, path)?;
+        Ok(out)
+    }
+
+    /// [`from_outer`](Self::from_outer) into reused memory.
+    ///
+    /// # Errors
+    /// As there; what the path then is, is not defined.
+    pub(crate) fn set_outer(&mut self, surface: &Surface, path: &GeodesicPath) -> Result<(), PointError> {
+        let out = self;
+        out.start = surface.inner_point(&path.start)?;
+        out.end = surface.inner_point(&path.end)?;
+        out.frozen = path.frozen;
+        out.strip.clear();
+        out.at.clear();
         let mut face = out.start.face;
         for c in &path.crossings {
             let (h, reversed) = surface.inner_side(c.face, c.side)?;
@@ -164,7 +196,7 @@ impl InnerPath {
             return Err(PointError::BadCrossing(path.end.face));
         }
         out.measure(surface);
-        Ok(out)
+        Ok(())
     }
 }
 

@@ -32,7 +32,7 @@ pub struct PathSegment {
 /// A path on a surface: a start, the sides it crosses in order, an end.
 ///
 /// It holds no reference to its surface; whoever asks hands the same surface over again.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub struct GeodesicPath {
@@ -41,6 +41,19 @@ pub struct GeodesicPath {
     pub(crate) crossings: Vec<Crossing>,
     pub(crate) length: f64,
     pub(crate) frozen: bool,
+}
+
+/// By hand, because derived `clone_from` does not keep memory.
+impl Clone for GeodesicPath {
+    fn clone(&self) -> Self {
+        Self { crossings: self.crossings.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        let Self { start, end, crossings, length, frozen } = other;
+        (self.start, self.end, self.length, self.frozen) = (*start, *end, *length, *frozen);
+        self.crossings.clone_from(crossings);
+    }
 }
 
 impl GeodesicPath {

@@ -10,7 +10,8 @@
 use glam::DVec2;
 
 use super::{
-    corridor::{Aim, Guide},
+    corridor::Corridor,
+    guide::{Arrival, BackAlong, Guide, Inside, ThroughSpace},
     queue::Queue,
     stamps::{Reached, Stamps},
 };
@@ -74,22 +75,52 @@ impl Search {
         to: &InnerPoint,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
-        let anywhere = Anywhere(Aim { at: surface.inner_position(to), to_go: 0.0 });
-        self.run_guided(surface, from, to, &anywhere, strip).or_else(|| self.flood(surface, from, strip))
+        self.begin(surface, from, to, f64::INFINITY);
+        let guide = ThroughSpace { goal: surface.inner_position(to) };
+        self.flow(surface, from, &guide, strip).or_else(|| self.flood(surface, from, strip))
     }
 
-    /// [`run`](Self::run) where a guide leads; none if it does not lead to the goal.
-    pub(crate) fn run_guided(
+    /// [`run`](Self::run) inside a corridor; none if there is no way inside.
+    pub(crate) fn run_inside(
         &mut self,
         surface: &Surface,
         from: &InnerPoint,
         to: &InnerPoint,
+        corridor: &Corridor,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
+        self.begin(surface, from, to, f64::INFINITY);
+        let guide = Inside { corridor, through_space: ThroughSpace { goal: surface.inner_position(to) } };
+        self.flow(surface, from, &guide, strip)
+    }
+
+    /// Looks for a strip the other way round, between the same points, after another search: among the sides that were reached
+    /// then, for a path of about length `known` or less.
+    pub(crate) fn run_back(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        there: &Self,
+        known: f64,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
+        // Distances to the middles of sides make paths longer than they are, by up to about half a side where they begin.
+        let slack = 0.5 * surface.mean_edge[surface.sheet[from.face as usize] as usize];
+        self.begin(surface, from, to, known + slack);
+        self.flow(surface, from, &BackAlong { known: &there.reached }, strip)
+    }
+
+    /// Spreads labels from the start until none that waits can lead to a shorter path than the one found.
+    fn flow(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
         guide: &impl Guide,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
-        self.begin(surface, from, to);
         surface.for_each_spelling(from, |start| self.seed(surface, &start, guide));
-        let (mut last, mut end) = (NO_PARENT, *to);
+        let (mut last, mut end) = (NO_PARENT, None);
         let bound = MAX_LABELS_A_SIDE * 3 * surface.triangles.len();
         while let Some(index) = self.queue.pop(self.limit) {
             if self.pool.len() > bound {
@@ -103,14 +134,12 @@ impl Search {
             for target in self.targets.iter().filter(|t| t.face == behind.twin.face()) {
                 let distance = label.to_source + label.wedge().distance(behind.spell(target));
                 if distance < self.limit {
-                    (self.limit, last, end) = (distance, index, *target);
+                    (self.limit, last, end) = (distance, index, Some(*target));
                 }
             }
             self.expand(surface, &label, index, &behind, guide);
         }
-        if last == NO_PARENT {
-            return None;
-        }
+        let end = end?;
         self.read_strip(last, strip);
         Some(Found { start: spelled_in(surface, from, strip[0].face()), end })
     }
@@ -156,12 +185,12 @@ impl Search {
         None
     }
 
-    fn begin(&mut self, surface: &Surface, from: &InnerPoint, to: &InnerPoint) {
+    fn begin(&mut self, surface: &Surface, from: &InnerPoint, to: &InnerPoint, limit: f64) {
         self.reached.clear(surface.triangles.len());
         self.pool.clear();
         self.queue.clear(BUCKET * surface.mean_edge[surface.sheet[from.face as usize] as usize]);
         self.slack = surface.slack[surface.sheet[from.face as usize] as usize];
-        self.limit = f64::INFINITY;
+        self.limit = limit;
         self.targets.clear();
         let targets = &mut self.targets;
         surface.for_each_spelling(to, |p| targets.push(p));
@@ -181,10 +210,11 @@ impl Search {
             let apex = metric::apex(DVec2::ZERO, end, width, length(side.prev()), length(side.next()));
             let source = w0 * DVec2::ZERO + w1 * end + w2 * apex;
             let to_middle = source.distance(0.5 * end);
-            let Some(aim) = guide.aim(surface, surface.twin(side).face()) else { continue };
-            if self.is_improvement([side, surface.twin(side)], to_middle) {
-                let [right, left] = [surface.origin(side), surface.target(side)].map(|v| squared(surface, v, aim));
-                let priority = shortest_through(source, width, 1.0 / width, right, left) + aim.to_go;
+            let twin = surface.twin(side);
+            let arrival = Arrival { side, twin, width, per_width: 1.0 / width, source, to_source: 0.0, to_middle };
+            if self.is_improvement([side, twin], to_middle)
+                && let Some(priority) = guide.length_through(surface, &arrival)
+            {
                 let label = Label { source, left: end, right: DVec2::ZERO, to_source: 0.0, side, parent: NO_PARENT };
                 self.keep(label, to_middle, priority);
             }
@@ -227,8 +257,8 @@ impl Search {
                 let left = if turn(source, left, far) > 0.0 { left } else { far };
                 Wedge { source, to_source, left, right: if beyond_right { right } else { apex } }
             };
-            let opening = Opening { side, twin, right: apex, left: far, width: behind.to_left };
-            self.offer(surface, index, &opening, &wedge, guide);
+            let exit = Exit { side, twin, right: apex, left: far, width: behind.to_left };
+            self.offer(surface, index, &wedge, &exit, guide);
         }
         let (side, far) = (behind.twin.next(), DVec2::ZERO);
         let twin = twins[side.side()];
@@ -239,20 +269,19 @@ impl Search {
                 let right = if turn(source, right, far) < 0.0 { right } else { far };
                 Wedge { source, to_source, left: if beyond_left { left } else { apex }, right }
             };
-            let opening = Opening { side, twin, right: far, left: apex, width: behind.to_right };
-            self.offer(surface, index, &opening, &wedge, guide);
+            let exit = Exit { side, twin, right: far, left: apex, width: behind.to_right };
+            self.offer(surface, index, &wedge, &exit, guide);
         }
     }
 
-    /// Keeps what a wedge says about a side if it is an improvement, and if the guide leads through it.
+    /// Keeps what a wedge says about a side of the face behind, if it is an improvement.
     #[inline]
-    fn offer(&mut self, surface: &Surface, parent: u32, opening: &Opening, wedge: &Wedge, guide: &impl Guide) {
-        let Opening { side, twin, right, left, width } = *opening;
+    fn offer(&mut self, surface: &Surface, parent: u32, wedge: &Wedge, exit: &Exit, guide: &impl Guide) {
+        let Exit { side, twin, right, left, width } = *exit;
         let to_middle = wedge.to_source + wedge.distance(0.5 * (right + left));
         if !self.is_improvement([side, twin], to_middle) {
             return;
         }
-        let Some(aim) = guide.aim(surface, twin.face()) else { return };
         // Into the frame of the side.
         let per_width = 1.0 / width;
         let unit = (left - right) * per_width;
@@ -261,36 +290,21 @@ impl Search {
             DVec2::new(d.dot(unit), unit.perp_dot(d))
         };
         let source = frame(wedge.source);
-        let [to_right, to_left] = [surface.origin(side), surface.target(side)].map(|v| squared(surface, v, aim));
-        let priority = wedge.to_source + shortest_through(source, width, per_width, to_right, to_left) + aim.to_go;
+        let to_source = wedge.to_source;
+        let arrival = Arrival { side, twin, width, per_width, source, to_source, to_middle };
+        let Some(priority) = guide.length_through(surface, &arrival) else { return };
         if priority < self.limit {
             let label = Label {
                 source,
                 left: if wedge.left == left { DVec2::new(width, 0.0) } else { frame(wedge.left) },
                 right: if wedge.right == right { DVec2::ZERO } else { frame(wedge.right) },
-                to_source: wedge.to_source,
+                to_source,
                 side,
                 parent,
             };
             self.keep(label, to_middle, priority);
         }
     }
-}
-
-/// No guide: straight to the goal.
-struct Anywhere(Aim);
-
-impl Guide for Anywhere {
-    #[inline]
-    fn aim(&self, _: &Surface, _: u32) -> Option<&Aim> {
-        Some(&self.0)
-    }
-}
-
-/// Squared distance of a vertex from what is headed for.
-#[inline]
-fn squared(surface: &Surface, vertex: u32, aim: &Aim) -> f64 {
-    surface.positions[vertex as usize].distance_squared(aim.at)
 }
 
 /// The spelling of a point in a face around it.
@@ -302,33 +316,6 @@ fn spelled_in(surface: &Surface, point: &InnerPoint, face: u32) -> InnerPoint {
         }
     });
     found
-}
-
-/// Length of the shortest way from `source` through a side of length `width` to the goal, of which the squared distances from
-/// the side's origin and target are given. The goal lies in space: the way is straight to the side and straight on.
-#[inline]
-fn shortest_through(source: DVec2, width: f64, per_width: f64, right_squared: f64, left_squared: f64) -> f64 {
-    // The goal in the plane of the side and itself, turned to lie opposite the source.
-    let along = 0.5 * ((right_squared - left_squared) * per_width + width);
-    let beyond = (right_squared - along * along).max(0.0).sqrt();
-    let (rise, run) = (source.y + beyond, along - source.x);
-    let crossing = source.x * rise + run * source.y; // times rise
-    if crossing < 0.0 {
-        source.length() + right_squared.sqrt()
-    } else if crossing > width * rise {
-        source.distance(DVec2::new(width, 0.0)) + left_squared.sqrt()
-    } else {
-        DVec2::new(run, rise).length()
-    }
-}
-
-/// A side to go on through, with its twin and where its ends are in the frame of the label before.
-struct Opening {
-    side: HalfEdge,
-    twin: HalfEdge,
-    right: DVec2,
-    left: DVec2,
-    width: f64,
 }
 
 /// The face behind a side, in the frame of the label on the side.
@@ -358,6 +345,15 @@ impl Behind {
     fn spell(&self, p: &InnerPoint) -> DVec2 {
         p.weights[self.twin.side()] * self.left + p.weights[self.twin.prev().side()] * self.apex
     }
+}
+
+/// A side of the face behind, in the frame of the label's side.
+struct Exit {
+    side: HalfEdge,
+    twin: HalfEdge,
+    right: DVec2,
+    left: DVec2,
+    width: f64,
 }
 
 /// What is seen of the plane behind a side: from a pseudo-source, between two limits.

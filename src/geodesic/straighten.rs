@@ -30,11 +30,11 @@ pub(crate) struct Straightener {
     bends: Vec<Bend>,
     strip: Vec<HalfEdge>,
     next: Vec<HalfEdge>,
-    best: Vec<HalfEdge>,
+    before: Vec<HalfEdge>,
     fan: Vec<HalfEdge>,
     straight_through: Vec<Bend>,
-    /// Differences of length below this are rounding.
-    noise: f64,
+    /// Differences of length below this are rounding; found when lengths are first compared.
+    noise: Option<f64>,
     /// Length of the taut string, if the string is up to date with strip and ends.
     taut: Option<f64>,
     /// Sweeps and flips since the beginning, for statistics.
@@ -63,7 +63,7 @@ impl Straightener {
         for &h in strip.iter() {
             push(surface, &mut self.strip, h);
         }
-        self.noise = NOISE * longest_side(surface, &start, &self.strip);
+        self.noise = None;
         self.taut = None;
         out.frozen = true;
         for round in 0..=MAX_ROUNDS {
@@ -107,7 +107,7 @@ impl Straightener {
             }
             self.splice(surface, bend);
             let shorter = self.pull(surface, start, end);
-            if self.gains(length, shorter) {
+            if self.gains(surface, length, shorter) {
                 found = true;
                 break;
             }
@@ -120,8 +120,9 @@ impl Straightener {
     }
 
     /// Whether the second length is less than the first by more than rounding.
-    fn gains(&self, before: f64, after: f64) -> bool {
-        before - after > (GAIN * before).max(self.noise)
+    fn gains(&mut self, surface: &Surface, before: f64, after: f64) -> bool {
+        let noise = *self.noise.get_or_insert_with(|| NOISE * longest_side(surface, &self.strip));
+        before - after > (GAIN * before).max(noise)
     }
 
     /// Replaces the bend's run of sides by those in `fan`; the strip as it was is then in `next`.
@@ -138,37 +139,33 @@ impl Straightener {
     fn sweep(&mut self, surface: &Surface, start: &mut InnerPoint, end: &mut InnerPoint) -> bool {
         self.clean_ends(surface, start, end);
         let mut length = self.pull(surface, start, end);
-        let mut best = (length, *start, *end);
-        self.best.clone_from(&self.strip);
         let mut stalled = 0;
         // A sweep moves the path by at most one ring of vertices, so sweeps grow with the displacement in rings.
         let bound = 4 * self.strip.len() + 1000;
         let mut met_bound = true;
         for _ in 0..bound {
             self.sweeps += 1;
+            let before = (length, *start, *end);
             if self.flip_all(surface) == 0 {
                 met_bound = false;
                 break;
             }
+            std::mem::swap(&mut self.before, &mut self.next); // where flipping left the strip as it was
             self.clean_ends(surface, start, end);
             length = self.pull(surface, start, end);
-            if self.gains(length, best.0) {
+            if self.gains(surface, length, before.0) {
+                (*start, *end) = (before.1, before.2);
+                std::mem::swap(&mut self.strip, &mut self.before);
+                self.taut = None;
                 met_bound = false;
                 break;
             }
             // Equal but for rounding: angles know better than lengths then, but not for ever.
-            stalled = if self.gains(best.0, length) { 0 } else { stalled + 1 };
-            best = (length, *start, *end);
-            self.best.clone_from(&self.strip);
+            stalled = if self.gains(surface, before.0, length) { 0 } else { stalled + 1 };
             if stalled >= MAX_STALLED {
                 met_bound = false;
                 break;
             }
-        }
-        if length > best.0 {
-            (*start, *end) = (best.1, best.2);
-            std::mem::swap(&mut self.strip, &mut self.best);
-            self.taut = None;
         }
         met_bound
     }
@@ -226,7 +223,7 @@ impl Straightener {
             }
             self.splice(surface, &bend);
             let shorter = self.pull(surface, start, end);
-            if self.gains(length, shorter) {
+            if self.gains(surface, length, shorter) {
                 length = shorter;
                 refused.clear();
                 self.flips += 1;
@@ -242,9 +239,9 @@ impl Straightener {
 }
 
 /// The longest side of the faces in a strip.
-fn longest_side(surface: &Surface, start: &InnerPoint, strip: &[HalfEdge]) -> f64 {
+fn longest_side(surface: &Surface, strip: &[HalfEdge]) -> f64 {
     let of_face = |face: u32| surface.lengths[face as usize].iter().fold(0.0_f64, |m, l| m.max(*l));
-    strip.iter().fold(of_face(start.face), |m, h| m.max(of_face(surface.twin(*h).face())))
+    strip.iter().fold(0.0, |m, h| m.max(of_face(h.face())).max(of_face(surface.twin(*h).face())))
 }
 
 /// Whether passing the bend's vertex on its other side makes the path shorter, if there is another side.

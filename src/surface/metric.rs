@@ -47,10 +47,11 @@ pub(crate) fn apex(a: DVec2, b: DVec2, length: f64, la: f64, lb: f64) -> DVec2 {
     if length <= 0.0 {
         return DVec2::new(a.x, a.y + la);
     }
+    let per_length = 1.0 / length;
     // (la − lb)(la + lb) instead of la² − lb²: the difference of squares cancels for needles.
-    let x = 0.5 * ((la - lb) * (la + lb) / length + length);
-    let y = 0.5 * sixteen_area_squared(la, lb, length).sqrt() / length;
-    let u = (b - a) / length;
+    let x = 0.5 * ((la - lb) * (la + lb) * per_length + length);
+    let y = 0.5 * sixteen_area_squared(la, lb, length).sqrt() * per_length;
+    let u = (b - a) * per_length;
     DVec2::new(a.x + u.x * x - u.y * y, a.y + u.y * x + u.x * y)
 }
 
