@@ -2,8 +2,10 @@
 
 use super::{
     GeodesicPath, PathQuality,
+    corridor::{Corridor, far_apart},
+    guess::Guess,
     inner::{InnerPath, reverse_strip},
-    search::Search,
+    search::{Found, Search},
     straighten::{Straightener, order},
 };
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
@@ -45,6 +47,8 @@ pub enum PathError {
 pub struct PathFinder {
     search: Search,
     back: Search,
+    guess: Guess,
+    corridor: Corridor,
     straightener: Straightener,
     strip: Vec<HalfEdge>,
     /// To build strips to continue in.
@@ -137,8 +141,7 @@ impl PathFinder {
             out.set_straight(surface, start, end);
         } else {
             let mut strip = std::mem::take(&mut self.strip);
-            let found = self.search.run(surface, first, second, &mut strip);
-            let result = match found {
+            let result = match self.find_strip(surface, first, second, quality, &mut strip) {
                 Some(ends) => {
                     if quality == PathQuality::Fast {
                         self.straightener.run(surface, ends.start, ends.end, &mut strip, out);
@@ -159,6 +162,26 @@ impl PathFinder {
             out.reverse(surface);
         }
         Ok(())
+    }
+
+    /// A strip between two points of one sheet that share no face.
+    fn find_strip(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        quality: PathQuality,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
+        let near_a_way = match quality {
+            PathQuality::Fast => self.guess.run(surface, from, to, &mut self.corridor, strip),
+            PathQuality::Default | PathQuality::Best if far_apart(surface, from, to) => {
+                self.corridor.along_short_ways(surface, from, to);
+                self.search.run_inside(surface, from, to, &self.corridor, strip)
+            }
+            PathQuality::Default | PathQuality::Best => None,
+        };
+        near_a_way.or_else(|| self.search.run(surface, from, to, strip))
     }
 
     /// Searches the other way round, and takes that path where it is shorter than the one found.

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::stamps::Stamps;
+use super::{corridor::Corridor, stamps::Stamps};
 use crate::surface::{HalfEdge, Surface};
 
 /// How a side is reached, in the side's frame: origin at (0, 0), target at (width, 0), travel downwards.
@@ -36,6 +36,20 @@ impl Guide for ThroughSpace {
         let (right, left) = (squared(surface.origin(arrival.side)), squared(surface.target(arrival.side)));
         let Arrival { source, width, per_width, .. } = *arrival;
         Some(arrival.to_source + shortest_through(source, width, per_width, right, left))
+    }
+}
+
+/// Straight through space to a goal, but through faces of a corridor only.
+pub(crate) struct Inside<'a> {
+    pub(crate) corridor: &'a Corridor,
+    pub(crate) through_space: ThroughSpace,
+}
+
+impl Guide for Inside<'_> {
+    #[inline]
+    fn length_through(&self, surface: &Surface, arrival: &Arrival) -> Option<f64> {
+        self.corridor.aim(surface, arrival.twin.face())?;
+        self.through_space.length_through(surface, arrival)
     }
 }
 

@@ -4,15 +4,19 @@
 //! it and moves the strip past every vertex where that shortens the string. A straightest path is walked face by face.
 
 pub(crate) mod chain;
+mod corridor;
 mod finder;
 mod funnel;
+mod guess;
 mod guide;
+mod heap;
 pub(crate) mod inner;
 mod path;
 pub(crate) mod path_list;
 mod quality;
 mod queue;
 mod search;
+mod seen;
 mod stamps;
 mod straighten;
 pub(crate) mod tangent;

@@ -10,7 +10,8 @@
 use glam::DVec2;
 
 use super::{
-    guide::{Arrival, BackAlong, Guide, ThroughSpace},
+    corridor::Corridor,
+    guide::{Arrival, BackAlong, Guide, Inside, ThroughSpace},
     queue::Queue,
     stamps::{Reached, Stamps},
 };
@@ -77,6 +78,20 @@ impl Search {
         self.begin(surface, from, to, f64::INFINITY);
         let guide = ThroughSpace { goal: surface.inner_position(to) };
         self.flow(surface, from, &guide, strip).or_else(|| self.flood(surface, from, strip))
+    }
+
+    /// [`run`](Self::run) inside a corridor; none if there is no way inside.
+    pub(crate) fn run_inside(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        corridor: &Corridor,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
+        self.begin(surface, from, to, f64::INFINITY);
+        let guide = Inside { corridor, through_space: ThroughSpace { goal: surface.inner_position(to) } };
+        self.flow(surface, from, &guide, strip)
     }
 
     /// Looks for a strip the other way round, between the same points, after another search: among the sides that were reached

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{
-    BuildProgress, Bvh, FaceId, HalfEdge, SurfaceError, TriangleMesh,
+    BuildProgress, Bvh, Clusters, FaceId, HalfEdge, SurfaceError, TriangleMesh,
     adjacency::{self, Adjacency},
     arranged::Arranged,
     fans::{self, Fans},
@@ -169,9 +169,14 @@ fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
 /// Measures what is connected.
 fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, SurfaceError> {
     // The tree takes more memory while it is built than all that comes after it.
-    let (bvh, fingerprint) =
-        parallel::join(|| Bvh::build(&parts.positions, &parts.triangles, progress), || fingerprint(&parts, progress));
-    let (bvh, fingerprint) = (bvh?, fingerprint?);
+    let (bvh, (fingerprint, clusters)) = parallel::join(
+        || Bvh::build(&parts.positions, &parts.triangles, progress),
+        || {
+            let fingerprint = fingerprint(&parts, progress);
+            (fingerprint, Clusters::build(&parts.triangles, &parts.twins, &parts.positions, progress))
+        },
+    );
+    let (bvh, fingerprint, clusters) = (bvh?, fingerprint?, clusters?);
     progress.step(850)?;
     let lengths = measure::lengths(&parts.triangles, &parts.positions, progress)?;
     progress.step(900)?;
@@ -212,6 +217,7 @@ fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, Surfa
         max: parts.max,
         report,
         bvh,
+        clusters,
     })
 }
 

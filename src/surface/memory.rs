@@ -48,6 +48,7 @@ impl Surface {
             array("faces to input faces", &self.outer_of),
             array("faces dropped", &self.report.dropped),
             self.bvh.memory(),
+            self.clusters.memory(),
         ];
         arrays.sort_by_key(|array| std::cmp::Reverse(array.bytes));
         SurfaceMemory { arrays }

@@ -8,6 +8,7 @@ mod arranged;
 mod buckets;
 mod build;
 mod bvh;
+mod clusters;
 mod fans;
 mod ids;
 mod measure;
@@ -30,6 +31,7 @@ mod triangle_mesh;
 mod weld;
 
 pub(crate) use bvh::Bvh;
+pub(crate) use clusters::Clusters;
 pub(crate) use ids::HalfEdge;
 pub use ids::{FaceId, VertexId};
 pub use memory::{ArrayMemory, SurfaceMemory};

@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    BuildProgress, Bvh, FaceId, HalfEdge, PointError, SurfaceError, SurfacePoint, SurfaceReport, TriangleMesh,
-    VertexId, build, fans, metric, options::SurfaceOptions,
+    BuildProgress, Bvh, Clusters, FaceId, HalfEdge, PointError, SurfaceError, SurfacePoint, SurfaceReport,
+    TriangleMesh, VertexId, build, fans, metric, options::SurfaceOptions,
 };
 
 /// Marks an input face that is not part of the surface.
@@ -59,6 +59,7 @@ pub struct Surface {
     pub(crate) max: DVec3,
     pub(crate) report: SurfaceReport,
     pub(crate) bvh: Bvh,
+    pub(crate) clusters: Clusters,
 }
 
 /// A point in inner spelling: inner face, weights of its inner corners.
