@@ -6,8 +6,8 @@ mod common;
 use std::alloc::System;
 
 use bevy_surface_splines::{
-    curve::{HandleSide, Scheme, Spline, TraceWorkspace, Tracer},
-    geodesic::{PathFinder, PathQuality},
+    curve::{HandleSide, Scheme, Spline, Trace, TraceWorkspace, Tracer},
+    geodesic::{GeodesicPath, PathFinder, PathQuality},
 };
 use common::{
     arguments::Arguments,
@@ -93,9 +93,11 @@ fn main() {
 
 fn paths(sample: &Sample, quality: PathQuality) -> (usize, Taken) {
     let mut finder = PathFinder::new();
+    let Some(first) = sample.cases.first() else { return Default::default() };
+    let mut path = GeodesicPath::at_rest(first.polygon[0]);
     let mut pass = || {
         let pairs = sample.cases.iter().flat_map(|case| case.polygon.windows(2));
-        pairs.filter(|p| finder.shortest_with_quality(&sample.surface, &p[0], &p[1], quality).is_ok()).count()
+        pairs.filter(|p| finder.shortest_into(&sample.surface, &p[0], &p[1], quality, &mut path).is_ok()).count()
     };
     pass();
     let (taken, count) = Taken::by(pass);
@@ -125,16 +127,16 @@ fn drags(sample: &Sample, kind: Kind) -> (usize, [Taken; 2]) {
     let Ok(spline) = Spline::bezier(surface, &mut workspace.finder, case.polygon) else { return (0, sums) };
     for grip in [Grip::Anchor(0), Grip::Handle(0, HandleSide::Outgoing)] {
         let mut spline = spline.clone().with_scheme(Scheme::lane_riesenfeld());
-        let mut trace = spline.trace(surface, &mut workspace, None).ok();
+        let (mut next, mut trace) = (spline.clone(), Trace::default());
         let mut drag = Drag::new(grip, case.number as u64);
         for step in 0..2 * STEPS {
             let edit = drag.step(surface, &spline);
-            let (editing, edited) = Taken::by(|| spline.apply(surface, &mut workspace.finder, &edit));
-            let (tracing, next) = Taken::by(|| spline.trace(surface, &mut workspace, trace.as_ref()));
-            if edited.is_err() || next.is_err() {
+            let (editing, edited) = Taken::by(|| next.assign_after(surface, &mut workspace.finder, &spline, &edit));
+            std::mem::swap(&mut spline, &mut next);
+            let (tracing, traced) = Taken::by(|| spline.trace_into(surface, &mut workspace, &mut trace));
+            if edited.is_err() || traced.is_err() {
                 continue;
             }
-            trace = next.ok();
             if step >= STEPS {
                 sums[0].add(editing);
                 sums[1].add(tracing);

@@ -10,7 +10,7 @@ use crate::geodesic::{
     inner::InnerPath,
     tangent::{InnerTangent, turn_at, unit},
     transport::{angle_at, initial_direction, transport},
-    walk::walk,
+    walk::walk_in,
 };
 use crate::surface::{PointError, Surface, SurfacePoint};
 
@@ -58,8 +58,16 @@ pub(crate) fn towards(
 
 /// The handle at the end of a leg.
 pub(crate) fn along(surface: &Surface, leg: &InnerPath) -> Handle {
-    let heading = surface.outer_tangent(&initial_direction(surface, leg));
-    Handle { wished_length: leg.length, heading, leg: leg.to_outer(surface) }
+    let mut handle = bare_handle(surface.outer_point(&leg.start));
+    set_along(surface, leg, &mut handle);
+    handle
+}
+
+/// [`along`] into reused memory.
+pub(crate) fn set_along(surface: &Surface, leg: &InnerPath, out: &mut Handle) {
+    out.heading = surface.outer_tangent(&initial_direction(surface, leg));
+    out.wished_length = leg.length;
+    leg.outer_into(surface, &mut out.leg);
 }
 
 /// Handles longer than this many diagonals are cut short: they would wind around the model for ever.
@@ -72,10 +80,26 @@ pub(crate) fn ahead(
     heading: &InnerTangent,
     length: f64,
 ) -> Result<Handle, PointError> {
+    let mut handle = bare_handle(*anchor);
+    set_ahead(surface, &mut InnerPath::default(), anchor, heading, length, &mut handle)?;
+    Ok(handle)
+}
+
+/// [`ahead`] into reused memory; `spare` is overwritten.
+fn set_ahead(
+    surface: &Surface,
+    spare: &mut InnerPath,
+    anchor: &SurfacePoint,
+    heading: &InnerTangent,
+    length: f64,
+    out: &mut Handle,
+) -> Result<(), PointError> {
     let unit = InnerTangent { face: heading.face, vector: unit(heading.vector) };
     let reach = length.min(MAX_LENGTH * surface.diagonal());
-    let walked = walk(surface, &surface.inner_point(anchor)?, &unit, reach);
-    Ok(Handle { leg: walked.path.to_outer(surface), heading: surface.outer_tangent(&unit), wished_length: length })
+    *spare = walk_in(surface, &surface.inner_point(anchor)?, &unit, reach, std::mem::take(spare)).path;
+    spare.outer_into(surface, &mut out.leg);
+    (out.heading, out.wished_length) = (surface.outer_tangent(&unit), length);
+    Ok(())
 }
 
 /// Whether a handle has a direction that counts in its join.
@@ -83,41 +107,50 @@ pub(crate) fn has_say(surface: &Surface, handle: &Handle) -> bool {
     handle.leg.length() > NO_LENGTH * surface.diagonal()
 }
 
-/// The handle opposite to `leader`, with a length of its own.
-pub(crate) fn opposite(
+/// Places the handle opposite to `leader`, with a length of its own; `spare` is overwritten.
+pub(crate) fn set_opposite(
     surface: &Surface,
+    spare: &mut InnerPath,
     anchor: &SurfacePoint,
     leader: &Handle,
     length: f64,
-) -> Result<Handle, PointError> {
+    out: &mut Handle,
+) -> Result<(), PointError> {
     let (at, heading) = (surface.inner_point(anchor)?, surface.inner_tangent(&leader.heading)?);
-    ahead(surface, anchor, &turn_at(surface, &at, &heading, PI), length)
+    set_ahead(surface, spare, anchor, &turn_at(surface, &at, &heading, PI), length, out)
 }
 
 /// Moves an anchor along a path and carries its handles with it by parallel transport.
 pub(crate) fn carry(
     surface: &Surface,
-    anchor: &Anchor,
+    finder: &mut PathFinder,
+    anchor: &mut Anchor,
     path: &GeodesicPath,
     to: SurfacePoint,
-) -> Result<Anchor, PointError> {
-    let inner = InnerPath::from_outer(surface, path)?;
-    let carried = |handle: &Handle| -> Result<Handle, PointError> {
+) -> Result<(), PointError> {
+    let (mut inner, mut spare) = (finder.lend_path(), finder.lend_path());
+    inner.set_outer(surface, path)?;
+    let incoming_leads = anchor.incoming.leg.length() > anchor.outgoing.leg.length();
+    for handle in [&mut anchor.incoming, &mut anchor.outgoing] {
         let heading = transport(surface, &inner, &surface.inner_tangent(&handle.heading)?);
-        ahead(surface, &to, &heading, handle.wished_length)
-    };
-    let [mut incoming, mut outgoing] = [carried(&anchor.incoming)?, carried(&anchor.outgoing)?];
-    let are_opposite = matches!(anchor.join, Join::Smooth | Join::Mirrored)
-        && incoming.wished_length.min(outgoing.wished_length) > NO_LENGTH * surface.diagonal();
-    if are_opposite {
+        set_ahead(surface, &mut spare, &to, &heading, handle.wished_length, handle)?;
+    }
+    anchor.point = to;
+    let Anchor { join, incoming, outgoing, .. } = anchor;
+    let (incoming_wish, outgoing_wish) = (incoming.wished_length, outgoing.wished_length);
+    if matches!(join, Join::Smooth | Join::Mirrored)
+        && incoming_wish.min(outgoing_wish) > NO_LENGTH * surface.diagonal()
+    {
         // On the boundary one of them may point outwards, where there is nothing to be carried along with: the other leads.
-        if anchor.incoming.leg.length() > anchor.outgoing.leg.length() {
-            outgoing = opposite(surface, &to, &incoming, outgoing.wished_length)?;
+        if incoming_leads {
+            set_opposite(surface, &mut spare, &to, incoming, outgoing_wish, outgoing)?;
         } else {
-            incoming = opposite(surface, &to, &outgoing, incoming.wished_length)?;
+            set_opposite(surface, &mut spare, &to, outgoing, incoming_wish, incoming)?;
         }
     }
-    Ok(Anchor { point: to, join: anchor.join, incoming, outgoing, middle: anchor.middle.clone() })
+    finder.take_path_back(inner);
+    finder.take_path_back(spare);
+    Ok(())
 }
 
 /// Places both handles of an anchor from its neighbours: chordal Catmull–Rom.

@@ -195,33 +195,27 @@ fn trace_subdivided(
     Ok(())
 }
 
-/// The points of a segment's trace alone.
-pub(crate) fn trace_points(
+/// The points of a subdivided Bézier polygon.
+pub(crate) fn subdivided_points(
     averager: &mut Averager<'_>,
     scratch: &mut Scratch,
-    control: Control,
-    scheme: Scheme,
+    polygon: &[SurfacePoint],
+    sampling: Sampling,
     out: &mut Vec<SurfacePoint>,
 ) -> Result<(), TraceError> {
     let surface = averager.surface;
-    match control {
-        Control::Bezier(legs) if subdivides_whole(scheme) => {
-            scratch.levels.legs.clear();
-            scratch.levels.legs.extend_from(&legs);
-            subdivide(averager, scratch, scheme.sampling, false)?;
-            out.extend(scratch.points.iter().map(|p| surface.outer_point(p)));
-        }
-        control => {
-            let mut segment = SegmentTrace::default();
-            trace(averager, scratch, control, scheme, &mut segment)?;
-            out.extend(segment.points());
-        }
+    scratch.levels.legs.clear();
+    for pair in polygon.windows(2) {
+        let (from, to) = (surface.inner_point(&pair[0])?, surface.inner_point(&pair[1])?);
+        averager.leg_into(&from, &to, scratch.levels.legs.place())?;
     }
+    subdivide(averager, scratch, sampling, false)?;
+    out.extend(scratch.points.iter().map(|p| surface.outer_point(p)));
     Ok(())
 }
 
 /// Whether the trace is the subdivided control polygon of the whole segment, which shares points between intervals.
-fn subdivides_whole(scheme: Scheme) -> bool {
+pub(crate) fn subdivides_whole(scheme: Scheme) -> bool {
     let even = !matches!(scheme.sampling, Sampling::Adaptive { .. });
     scheme.method == Method::LaneRiesenfeld && even && !scheme.on_curve
 }

@@ -42,7 +42,7 @@ pub enum Join {
 ///
 /// The leg is the authority: its first direction is the curve's tangent. At another point the same place may be reached by
 /// other legs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub struct Handle {
@@ -82,7 +82,7 @@ impl Handle {
 }
 
 /// A control point that the curve passes through, with its two handles.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub struct Anchor {
@@ -143,7 +143,7 @@ impl Anchor {
 /// assert_eq!(spline.trace(&surface, &mut workspace, None)?, before);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spline {
@@ -151,6 +151,53 @@ pub struct Spline {
     pub(crate) closed: bool,
     pub(crate) scheme: Scheme,
     pub(crate) jumps: JumpPolicy,
+}
+
+// By hand, because derived `clone_from` does not keep memory, and a drag copies the spline for every step.
+
+impl Clone for Handle {
+    fn clone(&self) -> Self {
+        Self { leg: self.leg.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        let Self { leg, heading, wished_length } = other;
+        self.leg.clone_from(leg);
+        (self.heading, self.wished_length) = (*heading, *wished_length);
+    }
+}
+
+impl Clone for Anchor {
+    fn clone(&self) -> Self {
+        let Self { point, join, incoming, outgoing, middle } = self;
+        Self {
+            point: *point,
+            join: *join,
+            incoming: incoming.clone(),
+            outgoing: outgoing.clone(),
+            middle: middle.clone(),
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        let Self { point, join, incoming, outgoing, middle } = other;
+        (self.point, self.join) = (*point, *join);
+        self.incoming.clone_from(incoming);
+        self.outgoing.clone_from(outgoing);
+        self.middle.clone_from(middle);
+    }
+}
+
+impl Clone for Spline {
+    fn clone(&self) -> Self {
+        Self { anchors: self.anchors.clone(), ..*self }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        let Self { anchors, closed, scheme, jumps } = other;
+        self.anchors.clone_from(anchors);
+        (self.closed, self.scheme, self.jumps) = (*closed, *scheme, *jumps);
+    }
 }
 
 /// Why a spline could not be made.

@@ -107,7 +107,8 @@ impl<'s> Tracer<'s> {
         Ok(Trace::new(segments, retraced))
     }
 
-    /// Computes the scheme's points alone, into `out`; of Lane–Riesenfeld subdivision without the geodesics that join them.
+    /// Computes the scheme's points alone, into `out`; of Lane–Riesenfeld subdivision without the geodesics that join them,
+    /// and, once warm, without an allocation.
     ///
     /// # Errors
     /// As [`trace`](Self::trace).
@@ -119,11 +120,16 @@ impl<'s> Tracer<'s> {
     ) -> Result<(), TraceError> {
         let mut averager =
             Averager { surface: self.surface, finder: &mut self.workspace.finder, quality: scheme.quality };
-        let controls = segment::polygon_controls(&mut averager, polygon, *scheme)?;
+        let scratch = &mut self.workspace.scratch;
         out.clear();
-        for control in controls {
+        if matches!(polygon.len(), 3 | 4) && segment::subdivides_whole(*scheme) {
+            return segment::subdivided_points(&mut averager, scratch, polygon, scheme.sampling, out);
+        }
+        let mut segment = SegmentTrace::default();
+        for control in segment::polygon_controls(&mut averager, polygon, *scheme)? {
             out.truncate(out.len().saturating_sub(1)); // the next segment begins with the last one's end
-            segment::trace_points(&mut averager, &mut self.workspace.scratch, control, *scheme, out)?;
+            segment::trace(&mut averager, scratch, control, *scheme, &mut segment)?;
+            out.extend(segment.points());
         }
         Ok(())
     }

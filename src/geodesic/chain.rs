@@ -45,17 +45,33 @@ impl PathFinder {
     /// Searched where they cannot be joined, which takes a hole in the surface at the point where two meet.
     pub(crate) fn chained(&mut self, surface: &Surface, pieces: &[&InnerPath]) -> Result<InnerPath, PathError> {
         let mut out = InnerPath::default();
-        let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else { return Ok(out) };
-        let mut strip = first.strip.clone();
-        for pair in pieces.windows(2) {
-            if !turn_into(surface, &pair[0].end, pair[1].start.face, &mut strip) {
-                self.shortest_inner(surface, &first.start, &last.end, PathQuality::Default, &mut out)?;
-                return Ok(out);
-            }
-            strip.extend_from_slice(&pair[1].strip);
-        }
-        self.continue_inner(surface, &first.start, &last.end, &mut strip, &mut out);
+        self.chained_into(surface, pieces, &mut out)?;
         Ok(out)
+    }
+
+    /// [`chained`](Self::chained) into reused memory; without pieces `out` stays as it is.
+    pub(crate) fn chained_into(
+        &mut self,
+        surface: &Surface,
+        pieces: &[&InnerPath],
+        out: &mut InnerPath,
+    ) -> Result<(), PathError> {
+        let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else { return Ok(()) };
+        let mut strip = self.lend_strip();
+        strip.extend_from_slice(&first.strip);
+        let joined = pieces.windows(2).all(|pair| {
+            let joins = turn_into(surface, &pair[0].end, pair[1].start.face, &mut strip);
+            strip.extend_from_slice(&pair[1].strip);
+            joins
+        });
+        if joined {
+            self.continue_inner(surface, &first.start, &last.end, &mut strip, out);
+        }
+        self.take_strip_back(strip);
+        if joined {
+            return Ok(());
+        }
+        self.shortest_inner(surface, &first.start, &last.end, PathQuality::Default, out)
     }
 }
 

@@ -53,6 +53,7 @@ pub struct PathFinder {
     strip: Vec<HalfEdge>,
     /// To build strips to continue in.
     spare_strip: Vec<HalfEdge>,
+    spare_paths: Vec<InnerPath>,
     path: InnerPath,
     other_path: InnerPath,
 }
@@ -200,6 +201,16 @@ impl PathFinder {
         if self.other_path.length < path.length * SHORTER && !self.other_path.frozen {
             std::mem::swap(path, &mut self.other_path);
         }
+    }
+
+    /// Some path to be overwritten, and to be given back.
+    pub(crate) fn lend_path(&mut self) -> InnerPath {
+        self.spare_paths.pop().unwrap_or_default()
+    }
+
+    /// Takes a lent path back, for the next who asks.
+    pub(crate) fn take_path_back(&mut self, path: InnerPath) {
+        self.spare_paths.push(path);
     }
 
     /// An empty strip, to be given back.

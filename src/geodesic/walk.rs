@@ -89,21 +89,27 @@ impl Surface {
 
 /// Walks straight ahead, in inner spelling. A negative distance counts as zero.
 pub(crate) fn walk(surface: &Surface, from: &InnerPoint, heading: &InnerTangent, distance: f64) -> InnerWalk {
+    walk_in(surface, from, heading, distance, InnerPath::default())
+}
+
+/// [`walk`] in the memory of some path.
+pub(crate) fn walk_in(
+    surface: &Surface,
+    from: &InnerPoint,
+    heading: &InnerTangent,
+    distance: f64,
+    mut path: InnerPath,
+) -> InnerWalk {
+    path.set_straight(surface, *from, *from);
     let heading = InnerTangent { face: heading.face, vector: unit(heading.vector) };
     if heading.vector == DVec2::ZERO || distance <= 0.0 {
-        return stay(surface, from, heading, None);
+        return InnerWalk { path, heading, stopped: None };
     }
     let Some((start, heading)) = settle(surface, from, &heading) else {
-        return stay(surface, from, heading, Some(WalkStop::Boundary));
+        return InnerWalk { path, heading, stopped: Some(WalkStop::Boundary) };
     };
-    let mut walker = Walker {
-        surface,
-        path: InnerPath { start, end: start, ..InnerPath::default() },
-        at: start,
-        direction: heading.vector,
-        entered: None,
-        rest: distance,
-    };
+    (path.start, path.end) = (start, start);
+    let mut walker = Walker { surface, path, at: start, direction: heading.vector, entered: None, rest: distance };
     let mut stopped = Some(WalkStop::StepLimit);
     let mean = surface.mean_edge[surface.sheet[start.face as usize] as usize];
     let steps = 1000.0 + 4.0 * surface.triangles.len() as f64 + 8.0 * distance / mean.max(f64::MIN_POSITIVE);
@@ -124,12 +130,6 @@ pub(crate) fn walk(surface: &Surface, from: &InnerPoint, heading: &InnerTangent,
     path.end = at;
     path.measure(surface);
     InnerWalk { path, heading: InnerTangent { face: at.face, vector: direction }, stopped }
-}
-
-fn stay(surface: &Surface, at: &InnerPoint, heading: InnerTangent, stopped: Option<WalkStop>) -> InnerWalk {
-    let mut path = InnerPath { start: *at, end: *at, ..InnerPath::default() };
-    path.measure(surface);
-    InnerWalk { path, heading, stopped }
 }
 
 enum Step {

@@ -2,7 +2,7 @@
 
 use super::{EditError, HandleSide, JumpPolicy, SplineEdit, jumps::Led};
 use crate::curve::{Anchor, Handle, Join, Spline, SplineT, handles};
-use crate::geodesic::{GeodesicPath, PathFinder, inner::InnerPath};
+use crate::geodesic::{GeodesicPath, PathFinder, Tangent, inner::InnerPath};
 use crate::surface::{Surface, SurfacePoint};
 
 impl Spline {
@@ -55,7 +55,7 @@ impl Spline {
                 (SplineEdit::DragHandle { anchor, side, .. }, Some(handle)) => {
                     let mut next = base.clone();
                     let anchor = next.index(*anchor)?;
-                    next.place_handle(surface, anchor, *side, handle.clone())?;
+                    next.place_handle(surface, finder, anchor, *side, handle.clone())?;
                     (next, Led::Nothing)
                 }
                 _ => base.moved(surface, finder, &edit)?,
@@ -64,49 +64,95 @@ impl Spline {
         Ok(next)
     }
 
-    /// Moves what the edit says, and all that depends on it but middle legs.
+    /// The spline with what the edit says moved, and all that depends on it but middle legs.
     fn moved(&self, surface: &Surface, finder: &mut PathFinder, edit: &SplineEdit) -> Result<(Self, Led), EditError> {
         let mut next = self.clone();
         let led = match edit {
+            // What led there counts where middle legs are to follow.
+            _ if self.jumps == JumpPolicy::Allow => Led::Nothing,
+            SplineEdit::DragAnchor { anchor, along } => {
+                Led::Anchor { anchor: self.index(*anchor)?, along: InnerPath::from_outer(surface, along)? }
+            }
+            SplineEdit::DragHandle { anchor, side, along } => {
+                let along = InnerPath::from_outer(surface, along)?;
+                Led::Handle { anchor: self.index(*anchor)?, side: *side, along }
+            }
+            SplineEdit::MoveAnchor { anchor, to } => {
+                let i = self.index(*anchor)?;
+                let along = finder.shortest(surface, &self.anchors[i].point, to)?;
+                Led::Anchor { anchor: i, along: InnerPath::from_outer(surface, &along)? }
+            }
+            _ => Led::Nothing,
+        };
+        next.move_points(surface, finder, edit)?;
+        Ok((next, led))
+    }
+
+    /// Moves what the edit says, and all that depends on it but middle legs.
+    ///
+    /// # Errors
+    /// [`EditError`]; the spline is then neither as it was nor as it should be.
+    fn move_points(&mut self, surface: &Surface, finder: &mut PathFinder, edit: &SplineEdit) -> Result<(), EditError> {
+        match edit {
             SplineEdit::MoveAnchor { anchor, to } => {
                 let from = self.anchors[self.index(*anchor)?].point;
                 if from.same_bits(&handles::without_negative_zeros(*to)) {
-                    return Ok((next, Led::Nothing));
+                    return Ok(());
                 }
                 let path = finder.shortest(surface, &from, to)?;
-                next.lead_anchor(surface, finder, *anchor, &path, *to)?
+                self.lead_anchor(surface, finder, *anchor, &path, *to)
             }
             SplineEdit::DragAnchor { anchor, along } => {
                 let i = self.index(*anchor)?;
                 if !surface.same_place(&along.start(), &self.anchors[i].point) {
                     return Err(EditError::BadDrag { anchor: *anchor });
                 }
-                next.lead_anchor(surface, finder, *anchor, along, along.end())?
+                self.lead_anchor(surface, finder, *anchor, along, along.end())
             }
             SplineEdit::MoveHandle { anchor, side, to } => {
                 let i = self.index(*anchor)?;
                 let moved = handles::towards(surface, finder, &self.anchors[i].point, to)?;
-                next.place_handle(surface, i, *side, moved)?;
-                Led::Nothing
+                self.place_handle(surface, finder, i, *side, moved)
             }
             SplineEdit::DragHandle { anchor, side, along } => {
                 let i = self.index(*anchor)?;
-                let old = self.anchors[i].handle(*side);
-                if !surface.same_place(&along.start(), &old.point()) {
+                if !surface.same_place(&along.start(), &self.anchors[i].handle(*side).point()) {
                     return Err(EditError::BadDrag { anchor: *anchor });
                 }
-                let (leg, along) = (InnerPath::from_outer(surface, &old.leg)?, InnerPath::from_outer(surface, along)?);
-                let leg = finder.chained(surface, &[&leg, &along])?;
-                next.place_handle(surface, i, *side, handles::along(surface, &leg))?;
-                Led::Handle { anchor: i, side: *side, along }
+                self.lead_handle(surface, finder, i, *side, along)
             }
-            SplineEdit::SetJoin { anchor, join } => {
-                next.set_join(surface, finder, *anchor, *join)?;
-                Led::Nothing
-            }
-            _ => Led::Nothing,
-        };
-        Ok((next, led))
+            SplineEdit::SetJoin { anchor, join } => self.set_join(surface, finder, *anchor, *join),
+            _ => Ok(()),
+        }
+    }
+
+    /// Becomes what another spline is after an edit, keeping memory: for the steps of a drag, which all start from the spline as
+    /// it was before.
+    ///
+    /// The result is that of [`apply`](Self::apply), bit for bit. Once warm, nothing is allocated for
+    /// [`DragAnchor`](SplineEdit::DragAnchor) and [`DragHandle`](SplineEdit::DragHandle) where the policy is
+    /// [`Allow`](JumpPolicy::Allow) and no handle around is automatic.
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply); the spline is then a copy of `before`.
+    pub fn assign_after(
+        &mut self,
+        surface: &Surface,
+        finder: &mut PathFinder,
+        before: &Self,
+        edit: &SplineEdit,
+    ) -> Result<(), EditError> {
+        self.clone_from(before);
+        let moves = matches!(edit, SplineEdit::DragAnchor { .. } | SplineEdit::DragHandle { .. });
+        if !moves || self.jumps != JumpPolicy::Allow || self.scheme.method.is_b_spline() {
+            *self = before.after(surface, finder, edit)?;
+            return Ok(());
+        }
+        let moved = self.move_points(surface, finder, edit);
+        if moved.is_err() {
+            self.clone_from(before);
+        }
+        moved
     }
 
     fn lead_anchor(
@@ -116,12 +162,30 @@ impl Spline {
         anchor: u32,
         path: &GeodesicPath,
         to: SurfacePoint,
-    ) -> Result<Led, EditError> {
+    ) -> Result<(), EditError> {
         let i = self.index(anchor)?;
-        let to = handles::without_negative_zeros(to);
-        self.anchors[i] = handles::carry(surface, &self.anchors[i], path, to)?;
-        self.place_automatic_around(surface, finder, i)?;
-        Ok(Led::Anchor { anchor: i, along: InnerPath::from_outer(surface, path)? })
+        handles::carry(surface, finder, &mut self.anchors[i], path, handles::without_negative_zeros(to))?;
+        self.place_automatic_around(surface, finder, i)
+    }
+
+    /// Leads a handle along a path that begins at it.
+    fn lead_handle(
+        &mut self,
+        surface: &Surface,
+        finder: &mut PathFinder,
+        anchor: usize,
+        side: HandleSide,
+        along: &GeodesicPath,
+    ) -> Result<(), EditError> {
+        let [mut old, mut way, mut leg] = [(); 3].map(|()| finder.lend_path());
+        let own = self.anchors[anchor].handle_mut(side);
+        old.set_outer(surface, &own.leg)?;
+        way.set_outer(surface, along)?;
+        finder.chained_into(surface, &[&old, &way], &mut leg)?;
+        let heading = own.heading;
+        handles::set_along(surface, &leg, own);
+        [old, way, leg].into_iter().for_each(|path| finder.take_path_back(path));
+        self.place_partner(surface, finder, anchor, side, heading)
     }
 
     /// Places the handles of an anchor and of its neighbours where these are automatic.
@@ -144,30 +208,45 @@ impl Spline {
     fn place_handle(
         &mut self,
         surface: &Surface,
+        finder: &mut PathFinder,
         anchor: usize,
         side: HandleSide,
-        mut moved: Handle,
+        moved: Handle,
     ) -> Result<(), EditError> {
-        let anchor = &mut self.anchors[anchor];
-        let point = anchor.point;
-        if anchor.join == Join::Automatic {
-            anchor.join = Join::Smooth;
+        let before = std::mem::replace(self.anchors[anchor].handle_mut(side), moved);
+        self.place_partner(surface, finder, anchor, side, before.heading)
+    }
+
+    /// Places the partner of a handle that was moved, where their join asks for it; a handle that lost its length keeps the
+    /// heading it had.
+    fn place_partner(
+        &mut self,
+        surface: &Surface,
+        finder: &mut PathFinder,
+        anchor: usize,
+        side: HandleSide,
+        heading: Tangent,
+    ) -> Result<(), EditError> {
+        let Anchor { point, join, incoming, outgoing, .. } = &mut self.anchors[anchor];
+        if *join == Join::Automatic {
+            *join = Join::Smooth;
         }
-        let join = anchor.join;
         let (own, partner) = match side {
-            HandleSide::Incoming => (&mut anchor.incoming, &mut anchor.outgoing),
-            HandleSide::Outgoing => (&mut anchor.outgoing, &mut anchor.incoming),
+            HandleSide::Incoming => (incoming, outgoing),
+            HandleSide::Outgoing => (outgoing, incoming),
         };
-        if handles::has_say(surface, &moved) {
-            match join {
-                Join::Corner | Join::Automatic => {}
-                Join::Smooth => *partner = handles::opposite(surface, &point, &moved, partner.wished_length)?,
-                Join::Mirrored => *partner = handles::opposite(surface, &point, &moved, moved.wished_length)?,
-            }
-        } else {
-            moved.heading = own.heading;
+        if !handles::has_say(surface, own) {
+            own.heading = heading;
+            return Ok(());
         }
-        *own = moved;
+        let length = match join {
+            Join::Corner | Join::Automatic => return Ok(()),
+            Join::Smooth => partner.wished_length,
+            Join::Mirrored => own.wished_length,
+        };
+        let mut spare = finder.lend_path();
+        handles::set_opposite(surface, &mut spare, point, own, length, partner)?;
+        finder.take_path_back(spare);
         Ok(())
     }
 
@@ -196,6 +275,13 @@ impl Anchor {
         match side {
             HandleSide::Incoming => &self.incoming,
             HandleSide::Outgoing => &self.outgoing,
+        }
+    }
+
+    fn handle_mut(&mut self, side: HandleSide) -> &mut Handle {
+        match side {
+            HandleSide::Incoming => &mut self.incoming,
+            HandleSide::Outgoing => &mut self.outgoing,
         }
     }
 }

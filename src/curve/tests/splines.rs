@@ -283,3 +283,51 @@ fn threads_and_workspaces_do_not_show() {
         assert_eq!(together[i].as_ref().unwrap(), &fresh);
     }
 }
+
+/// A step of a drag in memory that is kept is the edit.
+#[test]
+fn splines_after_an_edit_are_the_same_in_kept_memory() {
+    let surface = built(&shapes::torus(1.0, 0.4, 32, 16));
+    let mut workspace = TraceWorkspace::default();
+    let at = |u: f64, v: f64| {
+        let out = 1.0 + 0.4 * v.cos();
+        surface.closest_point(DVec3::new(out * u.cos(), out * u.sin(), 0.4 * v.sin())).unwrap().point
+    };
+    let points: Vec<_> = (0..4).map(|k| at(f64::from(k), 0.3 * f64::from(k))).collect();
+    let smooth = Spline::smooth_through(&surface, &mut workspace.finder, &points, true).unwrap();
+    let (mut kept, mut trace) = (smooth.clone(), Trace::default());
+    for join in [Join::Corner, Join::Smooth, Join::Mirrored, Join::Automatic] {
+        let mut base = smooth.clone().with_scheme(Scheme::lane_riesenfeld());
+        base.apply(&surface, &mut workspace.finder, &SplineEdit::SetJoin { anchor: 1, join }).unwrap();
+        for k in 0..12 {
+            let heading = surface.tangent(&base.anchors()[1].point(), DVec3::new(0.3, f64::from(k), 1.0)).unwrap();
+            let side = HandleSide::Incoming;
+            let drag = |from: SurfacePoint| {
+                let heading = surface.tangent(&from, heading_in_space(&surface, &heading)).unwrap();
+                surface.walk(&from, &heading, 0.02 * f64::from(k)).unwrap().path
+            };
+            let anchor = &base.anchors()[1];
+            for edit in [
+                SplineEdit::DragAnchor { anchor: 1, along: drag(anchor.point()) },
+                SplineEdit::DragHandle { anchor: 1, side, along: drag(anchor.handle(side).point()) },
+                SplineEdit::MoveAnchor { anchor: 1, to: at(2.0, 0.1 * f64::from(k)) },
+                SplineEdit::Delete { anchor: 1 },
+            ] {
+                let mut applied = base.clone();
+                applied.apply(&surface, &mut workspace.finder, &edit).unwrap();
+                kept.assign_after(&surface, &mut workspace.finder, &base, &edit).unwrap();
+                assert_eq!(kept, applied);
+                kept.trace_into(&surface, &mut workspace, &mut trace).unwrap();
+                assert_eq!(trace, applied.trace(&surface, &mut TraceWorkspace::default(), None).unwrap());
+            }
+            let refused = SplineEdit::DragAnchor { anchor: 0, along: drag(base.anchors()[1].point()) };
+            assert!(kept.assign_after(&surface, &mut workspace.finder, &base, &refused).is_err());
+            assert_eq!(kept, base);
+        }
+    }
+}
+
+fn heading_in_space(surface: &Surface, heading: &crate::geodesic::Tangent) -> DVec3 {
+    let [a, b, _] = surface.corners(heading.face).unwrap();
+    (b - a) * heading.vector.x + DVec3::Z * heading.vector.y
+}
