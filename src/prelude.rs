@@ -5,6 +5,6 @@ pub use crate::plugin::{
     BuiltSurface, ControlKind, ControlPoint, ControlPolygon, DragState, EditSpline, Editable, GestureId, OnSurface,
     SplineEditRefused, SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace,
     SurfaceChanged, SurfaceFailed, SurfaceItems, SurfaceQueries, SurfaceReady, SurfaceSpline, SurfaceSplinePlugins,
-    SurfaceSplineSystems, SurfaceState, SurfaceView, TraceChanged, TraceCurve,
+    SurfaceSplineSystems, SurfaceState, SurfaceView, TraceBudget, TraceChanged, TraceCurve, TracePreview,
 };
 pub use crate::surface::{FaceId, SurfacePoint};

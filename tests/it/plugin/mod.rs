@@ -5,6 +5,7 @@ mod curves;
 mod drags;
 mod jumps;
 mod picks;
+mod previews;
 mod samples;
 mod surfaces;
 mod worlds;
