@@ -5,6 +5,7 @@ use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
 use super::controls::{ControlKind, Editable};
+use super::edit_queue::PendingEdit;
 use super::polygon::ControlPolygon;
 use super::preview::TracePreview;
 use super::queries::{SurfaceQueries, SurfaceView};
@@ -122,16 +123,16 @@ fn draw_polygons(
 fn draw_controls(
     mut gizmos: Gizmos<SplineGizmos>,
     surfaces: SurfaceQueries,
-    splines: Query<(&SurfaceSpline, &OnSurface), With<Editable>>,
+    splines: Query<(&SurfaceSpline, &OnSurface, Option<&PendingEdit>), With<Editable>>,
     cameras: Query<(&Camera, &GlobalTransform)>,
 ) {
     let shown = cameras.iter().filter(|(camera, _)| camera.is_active).min_by_key(|(camera, _)| camera.order);
     let Some((camera, eye)) = shown.filter(|_| gizmos.config.enabled) else { return };
-    for (spline, on) in &splines {
+    for (spline, on, pending) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
         let has_joins = !spline.scheme().method.is_b_spline();
         for kind in ControlKind::all(spline) {
-            let Some(point) = kind.point(spline) else { continue };
+            let Some(point) = kind.shown(spline, pending) else { continue };
             let position = view.position(point);
             let Some(pixel) = world_per_pixel(camera, eye, position) else { continue };
             let place = Isometry3d::new(position, eye.rotation());

@@ -21,6 +21,8 @@ mod debug_draw;
 mod diagnostics;
 mod drag;
 mod edit;
+mod edit_costs;
+mod edit_queue;
 pub mod mesh;
 mod pick;
 mod polygon;
@@ -46,6 +48,7 @@ pub use drag::{DragPlugin, DragSettings, DragState, Grip};
 pub use edit::{
     EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
 };
+pub use edit_queue::PendingEdit;
 pub use mesh::{MeshReadError, mesh_from, triangle_mesh_from};
 pub use pick::{CurveHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
 pub use polygon::{ControlPolygon, PolygonPlugin};

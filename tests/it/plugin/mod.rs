@@ -7,6 +7,7 @@ mod jumps;
 mod picks;
 mod previews;
 mod samples;
+mod slow_edits;
 mod surfaces;
 mod worlds;
 
