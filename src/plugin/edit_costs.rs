@@ -53,7 +53,8 @@ fn middles_work(surface: &Surface, spline: &Spline, around: &[usize]) -> f64 {
     trace_work(surface, spline, &segments)
 }
 
-fn search_work(surface: &Surface, from: SurfacePoint, to: SurfacePoint) -> f64 {
+/// Modelled work of the search for a way between two points.
+pub(crate) fn search_work(surface: &Surface, from: SurfacePoint, to: SurfacePoint) -> f64 {
     let across = surface.position(&from).distance(surface.position(&to)) / edge(surface, from);
     PER_SQUARE * across * across
 }

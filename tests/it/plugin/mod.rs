@@ -4,6 +4,8 @@ mod b_splines;
 mod curves;
 mod drags;
 mod jumps;
+#[cfg(feature = "formats")]
+mod large_meshes;
 mod picks;
 mod previews;
 mod samples;

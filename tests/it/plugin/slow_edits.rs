@@ -218,3 +218,35 @@ fn a_surface_that_changes_during_a_slow_edit_drops_it() {
     let surface = surface_of(&stage.app, stage.surface);
     assert!(spline.anchors().iter().all(|anchor| surface.position(&anchor.point()).length() > 1.1));
 }
+
+#[test]
+fn a_control_polygon_follows_behind_a_slow_drag() {
+    let polygons = [TraceBudget::UNLIMITED, NO_TIME].map(|budget| {
+        let mut stage = Stage::new(budget, JumpPolicy::Allow);
+        stage.send(SplineEdit::SetScheme(Scheme::b_spline()), None);
+        stage.app.update();
+        let gesture = GestureId::next();
+        let mut random = Random(6);
+        for _ in 0..30 {
+            let edit = stage.edit(1, &mut random);
+            stage.send(edit, Some(gesture));
+            stage.app.update();
+        }
+        stage.end(gesture, false);
+        stage.rest();
+        let (spline, anchors) = (stage.spline, stage.spline().anchors().to_vec());
+        let surface = stage.app.world().get::<BuiltSurface>(stage.surface).expect("a surface").clone();
+        let ends = |polygon: &ControlPolygon| {
+            let place = |i: usize| surface.position(&anchors[i].point()).as_vec3();
+            polygon
+                .legs()
+                .enumerate()
+                .all(|(i, leg)| leg.first() == Some(&place(i)) && leg.last() == Some(&place(i + 1)))
+        };
+        assert!(update_until(&mut stage.app, |world| world.get::<ControlPolygon>(spline).is_some_and(ends)));
+        let polygon = stage.app.world().get::<ControlPolygon>(spline).expect("a polygon");
+        polygon.legs().map(<[Vec3]>::to_vec).collect::<Vec<_>>()
+    });
+    assert_eq!(polygons[0].len(), 3);
+    assert_eq!(polygons[0], polygons[1]);
+}
