@@ -12,8 +12,9 @@ use super::SurfaceSplineSystems;
 /// the background and no frame waits for it: see [`TracePreview`](super::TracePreview) and
 /// [`SplineState::Tracing`](super::SplineState::Tracing). Either way the result is the same, bit for bit.
 ///
-/// Expected is what the last trace of the same spline took, in proportion to the work: the number of segments that changed
-/// and how many faces they cross. So single frames may take longer than this.
+/// Expected is twice what the last edit or trace of the same spline took, in proportion to the work: how many segments
+/// changed, and how many faces they cross. So a single frame may take longer than this. Only edits that move control points
+/// in a gesture are put off; others are applied in the frame, unless one that was put off is before them.
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Resource, Default, Clone, Debug, PartialEq)]
 pub struct TraceBudget {
