@@ -1,6 +1,7 @@
 //! Traces as requests: answered at once, or by background tasks, of which a spline has at most one, and one for its preview.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use bevy::platform::time::Instant;
 use bevy::tasks::{AsyncComputeTaskPool, ComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
@@ -16,6 +17,9 @@ use crate::surface::Surface;
 /// Where all previews and exact traces share one thread, an exact one waits while newer previews are wanted; after this many
 /// it is its turn all the same, so that it comes even if the spline never rests.
 const PREVIEWS_IN_A_ROW: u32 = 8;
+
+/// On surfaces of so many faces a search takes some milliseconds even if it looks at all of them.
+pub(crate) const SAFE_FACES: usize = 10_000;
 
 /// A trace that is wanted.
 pub(crate) struct Request {
@@ -43,6 +47,12 @@ impl Request {
         let missing = costs::segments_to_trace(&spline, known.as_ref().map(|known| &**known.spline()));
         let work = costs::trace_work(&surface, &spline, &missing);
         Self { spline, surface, known, missing, work }
+    }
+
+    /// Whether a frame may answer it itself where that is expected to fit in. On a larger surface a search may take many times
+    /// what was expected, and it cannot be stopped: there a task does it, and the frame waits for that as long as it has time.
+    pub(crate) fn is_safe(&self) -> bool {
+        self.surface.face_count() <= SAFE_FACES
     }
 
     /// Modelled work.
@@ -176,6 +186,16 @@ impl<T: Send + 'static> Errand<T> {
     }
 }
 
+/// Lets the frame wait for a task, for so many seconds at most; whether it is done.
+pub(crate) fn wait_for<T>(task: &Task<T>, seconds: f64) -> bool {
+    const NAP: Duration = Duration::from_micros(50);
+    let begin = Instant::now();
+    while !task.is_finished() && begin.elapsed().as_secs_f64() < seconds {
+        std::thread::sleep(NAP);
+    }
+    task.is_finished()
+}
+
 /// The result of an errand that is done, with its version.
 fn collect<T>(errand: &mut Option<Errand<T>>) -> Option<(u64, T)> {
     let running = errand.as_mut()?;
@@ -225,6 +245,13 @@ impl Job {
     pub(crate) fn queue(&mut self, request: Request, is_long: bool) {
         self.queued = Some(request);
         self.is_long = is_long;
+    }
+
+    /// Lets the frame wait for the trace of the spline as it is now, if that has begun, for so many seconds at most.
+    pub(crate) fn wait(&self, seconds: f64) {
+        if let Some(exact) = self.exact.as_ref().filter(|exact| exact.version == self.version) {
+            wait_for(&exact.task, seconds);
+        }
     }
 
     /// Fetches an exact trace that is done.

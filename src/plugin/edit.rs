@@ -9,6 +9,7 @@ use bevy::platform::time::Instant;
 use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
+use super::background::SAFE_FACES;
 use super::budget::{self, FrameTime, TraceBudget};
 use super::costs::Pace;
 use super::edit_costs::edit_work;
@@ -347,15 +348,22 @@ impl Desk<'_, '_, '_> {
         let surface = surface.map_err(|reason| gesture.refuse(reason))?;
         let work = edit_work(&surface, &before, &message.edit).unwrap_or(0.0);
         let expected = gesture.pace.unwrap_or(self.edits.pace).expect(work);
-        if expected > self.left {
-            gesture.running = work;
-            let running = RunningEdit::begin(message.clone(), id, before, surface, self.workspaces.clone());
-            self.edits.queues.entry(entity).or_default().running = Some(running);
-            return Ok(None);
+        let (fits, is_safe) = (expected <= self.left, surface.face_count() <= SAFE_FACES || self.left.is_infinite());
+        if fits && is_safe {
+            let applied = apply(before, &surface, &message.edit, self.workspaces);
+            self.left -= applied.seconds;
+            return self.settle(id, entity, work, applied).map(Some);
         }
-        let applied = apply(before, &surface, &message.edit, self.workspaces);
-        self.left -= applied.seconds;
-        self.settle(id, entity, work, applied).map(Some)
+        gesture.running = work;
+        let begin = Instant::now();
+        let mut running = RunningEdit::begin(message.clone(), id, before, surface, self.workspaces.clone());
+        let applied = if fits { running.wait(self.left) } else { None };
+        self.left -= begin.elapsed().as_secs_f64();
+        if let Some(applied) = applied {
+            return self.settle(id, entity, work, applied).map(Some);
+        }
+        self.edits.queues.entry(entity).or_default().running = Some(running);
+        Ok(None)
     }
 
     /// An edit that was computed in the background is there.

@@ -7,6 +7,7 @@ use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
 
+use super::background::wait_for;
 use super::controls::ControlKind;
 use super::edit::{EditSpline, EndGesture, GestureId};
 use super::spline::SurfaceSpline;
@@ -111,6 +112,16 @@ impl RunningEdit {
         let task = pool.spawn(async move { apply(before, &on, &edit, &workspaces) });
         Self { message, gesture, surface, task }
     }
+
+    /// Lets the frame wait for it, for so many seconds at most.
+    pub(crate) fn wait(&mut self, seconds: f64) -> Option<AppliedEdit> {
+        wait_for(&self.task, seconds);
+        self.collect()
+    }
+
+    fn collect(&mut self) -> Option<AppliedEdit> {
+        block_on(future::poll_once(&mut self.task))
+    }
 }
 
 impl Queue {
@@ -135,8 +146,7 @@ impl Queue {
 
     /// Fetches an edit that is done.
     pub(crate) fn collect(&mut self) -> Option<(RunningEdit, AppliedEdit)> {
-        let running = self.running.as_mut()?;
-        let applied = block_on(future::poll_once(&mut running.task))?;
+        let applied = self.running.as_mut()?.collect()?;
         Some((self.running.take()?, applied))
     }
 

@@ -97,11 +97,13 @@ fn retrace_splines(
         budget: *budget,
         left: frame.left(&budget),
         now: Vec::new(),
+        soon: Vec::new(),
         done: Vec::new(),
         statistics: None,
     };
     desk.look_at_all(&mut splines, &surfaces);
     desk.trace_now();
+    desk.wait(frame.left(&budget), begin, &mut splines, &surfaces);
     desk.deliver(&mut splines);
     frame.spend(begin.elapsed());
     if let Some(made) = desk.statistics {
@@ -119,6 +121,8 @@ struct Desk<'a, 'w, 's> {
     left: f64,
     /// What is traced in this frame.
     now: Vec<(Entity, Request)>,
+    /// What was begun in the background and should be there before this frame is over.
+    soon: Vec<Entity>,
     done: Vec<(Entity, Outcome)>,
     /// If anything was traced or begun.
     statistics: Option<TraceStatistics>,
@@ -135,7 +139,19 @@ struct Found<'q> {
     has_moved: bool,
 }
 
-impl Found<'_> {
+impl<'q> Found<'q> {
+    fn new(
+        entity: Entity,
+        spline: &'q Ref<SurfaceSpline>,
+        on: &Ref<OnSurface>,
+        surface: &'q Ref<BuiltSurface>,
+        trace: Option<&'q SplineTrace>,
+    ) -> Self {
+        let has_moved = on.is_changed();
+        let has_changed = has_moved || spline.is_changed() || surface.is_changed();
+        Self { entity, spline, surface, trace, has_changed, has_moved }
+    }
+
     /// Its trace, if that is on its surface.
     fn known(&self) -> Option<&SplineTrace> {
         self.trace.filter(|trace| trace.is_on(self.surface))
@@ -184,14 +200,21 @@ impl Desk<'_, '_, '_> {
         if is_due {
             let request = found.request(record);
             let expected = record.pace.unwrap_or(self.records.pace).expect(request.work());
-            if expected <= self.left {
+            let fits = expected <= self.left;
+            if fits {
                 self.left -= expected;
+            }
+            if fits && (request.is_safe() || self.left.is_infinite()) {
                 record.job = None;
                 self.now.push((found.entity, request));
             } else {
-                state.set_if_neq(SplineState::Tracing);
                 let is_long = expected > self.budget.preview_after.as_secs_f64();
-                self.put_off(found, record, request, is_long);
+                record.job.get_or_insert_with(|| Job::new(found.surface.0.clone())).queue(request, is_long);
+                if fits {
+                    self.soon.push(found.entity);
+                } else {
+                    self.put_off(found, record, state);
+                }
             }
         }
         if let Some(job) = &mut record.job {
@@ -200,24 +223,37 @@ impl Desk<'_, '_, '_> {
         }
     }
 
-    /// Leaves a trace to the background.
-    fn put_off(&mut self, found: &Found, record: &mut Record, request: Request, is_long: bool) {
-        let entity = found.entity;
-        if record.job.is_none() {
-            let mut job = Job::new(found.surface.0.clone());
-            // In the space of another surface it would be somewhere else.
-            let before = found.trace.filter(|_| !found.has_moved).and_then(|trace| job.show_before(trace.shown()));
-            match before {
-                Some(before) => drop(self.commands.entity(entity).try_insert(before)),
-                None => drop(self.commands.entity(entity).try_remove::<TracePreview>()),
-            }
-            record.job = Some(job);
+    /// Shows that a trace is left to the background.
+    fn put_off(&mut self, found: &Found, record: &mut Record, state: &mut Mut<SplineState>) {
+        let (entity, Some(job)) = (found.entity, &mut record.job) else { return };
+        state.set_if_neq(SplineState::Tracing);
+        // In the space of another surface it would be somewhere else.
+        let before = found.trace.filter(|_| !found.has_moved).and_then(|trace| job.show_before(trace.shown()));
+        if let Some(before) = before {
+            self.commands.entity(entity).try_insert(before);
+        } else if found.has_moved {
+            self.commands.entity(entity).try_remove::<TracePreview>();
         }
         if found.trace.is_some() && found.known().is_none() {
             self.commands.entity(entity).try_remove::<SplineTrace>();
         }
-        if let Some(job) = &mut record.job {
-            job.queue(request, is_long);
+    }
+
+    /// Waits for what was begun and should be there soon, for so many seconds at most; what is not is put off.
+    fn wait(&mut self, seconds: f64, begin: Instant, splines: &mut Splines, surfaces: &Surfaces) {
+        for entity in std::mem::take(&mut self.soon) {
+            let mut record = self.records.of.remove(&entity).unwrap_or_default();
+            if let Some(job) = &record.job {
+                job.wait(seconds - begin.elapsed().as_secs_f64());
+            }
+            if !self.collect(entity, &mut record)
+                && let Ok((_, spline, on, trace, _, mut state)) = splines.get_mut(entity)
+                && let Ok((Some(built), _)) = surfaces.get(on.0)
+            {
+                let found = Found::new(entity, &spline, &on, &built, trace);
+                self.put_off(&found, &mut record, &mut state);
+            }
+            self.records.of.insert(entity, record);
         }
     }
 

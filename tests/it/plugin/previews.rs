@@ -244,6 +244,33 @@ fn small_scenes_are_traced_in_the_frame() {
 }
 
 #[test]
+fn a_frame_waits_for_what_is_there_soon_and_for_no_longer() {
+    // Much is expected to fit in, and it is known to come from tasks: the surface is a large one.
+    for per_frame in [Duration::from_secs(60), Duration::from_millis(2)] {
+        let mut stage = Stage::new(TraceBudget { per_frame, ..default() }, Scheme::de_casteljau());
+        let mut random = Random(8);
+        let gesture = GestureId::next();
+        let mut same_frame = 0;
+        for _ in 0..30 {
+            stage.app.update();
+            same_frame += u32::from(stage.state() == &SplineState::Ready && stage.preview().is_none());
+            let place = Vec3::new(random.signed(), random.signed(), random.signed()).as_dvec3();
+            let to = surface_of(&stage.app, stage.surface).closest_point(place).expect("a place").point;
+            let edit = SplineEdit::MoveAnchor { anchor: 1, to };
+            stage.app.world_mut().write_message(EditSpline::new(stage.spline, edit).in_gesture(gesture));
+        }
+        if per_frame > Duration::from_secs(1) {
+            assert_eq!(same_frame, 30);
+        }
+        let spline = stage.spline;
+        assert!(update_until(&mut stage.app, |world| world.get::<PendingEdit>(spline).is_none()));
+        stage.await_ready();
+        stage.check();
+        assert!(stage.app.world().resource::<Came>().0.iter().all(|is_current| *is_current));
+    }
+}
+
+#[test]
 fn many_splines_of_one_frame_are_told_of_in_order() {
     #[derive(Resource, Default)]
     struct Order(Vec<Entity>);
