@@ -1,7 +1,6 @@
 //! Traces as requests: answered at once, or by background tasks, of which a spline has at most one, and one for its preview.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use bevy::platform::time::Instant;
 use bevy::tasks::{AsyncComputeTaskPool, ComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
@@ -52,7 +51,7 @@ impl Request {
     /// Whether a frame may answer it itself where that is expected to fit in. On a larger surface a search may take many times
     /// what was expected, and it cannot be stopped: there a task does it, and the frame waits for that as long as it has time.
     pub(crate) fn is_safe(&self) -> bool {
-        self.surface.face_count() <= SAFE_FACES
+        self.missing.is_empty() || self.surface.face_count() <= SAFE_FACES
     }
 
     /// Modelled work.
@@ -188,10 +187,10 @@ impl<T: Send + 'static> Errand<T> {
 
 /// Lets the frame wait for a task, for so many seconds at most; whether it is done.
 pub(crate) fn wait_for<T>(task: &Task<T>, seconds: f64) -> bool {
-    const NAP: Duration = Duration::from_micros(50);
     let begin = Instant::now();
     while !task.is_finished() && begin.elapsed().as_secs_f64() < seconds {
-        std::thread::sleep(NAP);
+        // Whoever sleeps may wake too late, by more than all of this is about.
+        std::thread::yield_now();
     }
     task.is_finished()
 }

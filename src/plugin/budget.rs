@@ -12,9 +12,10 @@ use super::SurfaceSplineSystems;
 /// the background and no frame waits for it: see [`TracePreview`](super::TracePreview) and
 /// [`SplineState::Tracing`](super::SplineState::Tracing). Either way the result is the same, bit for bit.
 ///
-/// Expected is twice what the last edit or trace of the same spline took, in proportion to the work: how many segments
-/// changed, and how many faces they cross. So a single frame may take longer than this. Only edits that move control points
-/// in a gesture are put off; others are applied in the frame, unless one that was put off is before them.
+/// Expected is what the last edit or trace of the same spline took, in proportion to the work: how many segments changed, and
+/// how many faces they cross. Where that is wrong on a large surface, it is left to the background after all when the time
+/// is over. Only edits that move control points in a gesture are put off; others are applied in the frame, unless one that
+/// was put off is before them.
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Resource, Default, Clone, Debug, PartialEq)]
 pub struct TraceBudget {

@@ -175,9 +175,7 @@ impl Desk<'_, '_, '_> {
                 }
                 continue;
             };
-            let has_changed = spline.is_changed() || on.is_changed() || built.is_changed();
-            let found =
-                Found { entity, spline: &spline, surface: &built, trace, has_changed, has_moved: on.is_changed() };
+            let found = Found::new(entity, &spline, &on, &built, trace);
             let mut record = self.records.of.remove(&entity).unwrap_or_default();
             self.look_at(&found, &mut record, &mut state);
             self.records.of.insert(entity, record);
