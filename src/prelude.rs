@@ -3,8 +3,8 @@
 pub use crate::curve::{HandleSide, Join, JumpPolicy, Method, Sampling, Scheme, SplineEdit, SplineEnd, SplineT};
 pub use crate::plugin::{
     BuiltSurface, ControlKind, ControlPoint, ControlPolygon, DragState, EditSpline, Editable, GestureId, OnSurface,
-    SplineEditRefused, SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace,
+    PendingEdit, SplineEditRefused, SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace,
     SurfaceChanged, SurfaceFailed, SurfaceItems, SurfaceQueries, SurfaceReady, SurfaceSpline, SurfaceSplinePlugins,
-    SurfaceSplineSystems, SurfaceState, SurfaceView, TraceChanged, TraceCurve,
+    SurfaceSplineSystems, SurfaceState, SurfaceView, TraceBudget, TraceChanged, TraceCurve, TracePreview,
 };
 pub use crate::surface::{FaceId, SurfacePoint};

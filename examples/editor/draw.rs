@@ -1,8 +1,9 @@
 //! Curves, and the legs of handles and of control polygons, as lines on the model; what is behind the model shines through
-//! faintly. Where a curve is torn, its line is.
+//! faintly, and so does a curve that is being traced. Where a curve is torn, its line is.
 //!
 //! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
 
+use bevy::ecs::query::QueryData;
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::PointerId;
 use bevy::prelude::*;
@@ -56,20 +57,38 @@ fn faint_lines(width: f32) -> GizmoConfig {
     config
 }
 
+/// What is shown of a curve: while it is traced in the background, the preview.
+#[derive(QueryData)]
+struct Shown {
+    trace: Option<&'static SplineTrace>,
+    preview: Option<&'static TracePreview>,
+}
+
+impl ShownItem<'_, '_> {
+    fn pieces(&self) -> Vec<&[Vec3]> {
+        match (self.preview, self.trace) {
+            (Some(preview), _) => preview.pieces().collect(),
+            (None, Some(trace)) => trace.pieces().collect(),
+            (None, None) => Vec::new(),
+        }
+    }
+}
+
 fn draw_curves(
     (mut plain, mut wide, mut faint): (Gizmos<CurveLines>, Gizmos<HoveredLines>, Gizmos<FaintLines>),
     surfaces: SurfaceQueries,
-    curves: Query<(Entity, &SplineTrace, &OnSurface, Option<&Curve>)>,
+    curves: Query<(Entity, Shown, &OnSurface, Option<&Curve>)>,
     selection: Res<Selection>,
     hover: Res<HoverMap>,
 ) {
-    for (entity, trace, on, curve) in &curves {
+    for (entity, shown, on, curve) in &curves {
         let Some(view) = surfaces.get(on.0) else { continue };
         let own = curve.map_or(theme::CURVES[0], |curve| curve.color);
         let color = if selection.spline == Some(entity) { theme::ACCENT } else { own };
-        for piece in trace.pieces() {
+        let color = color.with_alpha(if shown.preview.is_some() { theme::PREVIEW } else { 1.0 });
+        for piece in shown.pieces() {
             let line: Vec<Vec3> = piece.iter().map(|p| view.to_world().transform_point3(*p)).collect();
-            faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
+            faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND * color.alpha()));
             if is_hovered(&hover, entity) {
                 wide.linestrip(line, theme::hovered(color));
             } else {

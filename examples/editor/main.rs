@@ -71,8 +71,11 @@ fn require_display() -> Result<(), &'static str> {
 
 fn run(arguments: Arguments) -> AppExit {
     let scripted = arguments.script.is_some();
+    // A script looks at what it did, not at previews.
+    let budget = if scripted { TraceBudget::UNLIMITED } else { TraceBudget::default() };
     App::new()
         .insert_resource(arguments)
+        .insert_resource(budget)
         .add_plugins((
             engine(scripted),
             EguiPlugin::default(),

@@ -23,7 +23,7 @@ const BEHIND: f64 = 2e-3;
 pub(crate) struct Marks<'w, 's> {
     cameras: Query<'w, 's, (&'static Camera, &'static Transform), With<Orbit>>,
     surfaces: SurfaceQueries<'w, 's>,
-    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface, Option<&'static PendingEdit>)>,
     controls: Query<'w, 's, (Entity, &'static ControlPoint)>,
     selection: Res<'w, Selection>,
     pen: Res<'w, PenStart>,
@@ -67,9 +67,9 @@ impl Marks<'_, '_> {
 
     fn of_selected(&self) -> Option<Vec<Mark>> {
         let entity = self.selection.spline?;
-        let (spline, on) = self.splines.get(entity).ok()?;
+        let (spline, on, pending) = self.splines.get(entity).ok()?;
         let mark = |kind: ControlKind| {
-            let mut mark = self.mark(on.0, &kind.point(spline)?, self.kind(spline, kind)?)?;
+            let mut mark = self.mark(on.0, &kind.shown(spline, pending)?, self.kind(spline, kind)?)?;
             mark.selected = matches!(kind, ControlKind::Anchor(anchor) if self.selection.anchor == Some(anchor));
             let control = self.controls.iter().find(|(_, c)| c.spline == entity && c.kind == kind);
             mark.hovered = control.is_some_and(|(control, _)| is_hovered(&self.hover, control));

@@ -47,6 +47,7 @@ pub(crate) fn show(ui: &mut egui::Ui, statistics: &Statistics) {
         }
         row(ui, "Segments retraced", &statistics.tracing.segments.to_string());
         row(ui, "Trace time", &format!("{:.2} ms", statistics.tracing.milliseconds));
+        row(ui, "In the background", &format!("{:.2} ms", statistics.tracing.background_milliseconds));
         let rate = statistics.diagnostics.get(&FrameTimeDiagnosticsPlugin::FPS).and_then(|fps| fps.smoothed());
         row(
             ui,

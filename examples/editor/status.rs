@@ -22,10 +22,18 @@ pub(crate) struct Status<'w, 's> {
     models: Query<'w, 's, (), With<Model>>,
     surfaces: Query<'w, 's, &'static SurfaceState>,
     splines: Query<'w, 's, &'static SurfaceSpline>,
+    under_way: Query<'w, 's, (&'static SplineState, Has<PendingEdit>)>,
 }
 
 impl Status<'_, '_> {
+    /// What the tool expects next, and whether curves are on their way.
     fn text(&self) -> String {
+        let is_tracing = self.under_way.iter().any(|(state, pending)| pending || *state == SplineState::Tracing);
+        let suffix = if is_tracing { " · tracing …" } else { "" };
+        self.hint() + suffix
+    }
+
+    fn hint(&self) -> String {
         if let Some(SurfaceState::Pending { progress }) =
             self.surfaces.iter().find(|state| matches!(state, SurfaceState::Pending { .. }))
         {

@@ -16,6 +16,8 @@ pub(crate) const CURVES: [Color; 5] = [
 ];
 /// Things behind the model keep this share of their opacity.
 pub(crate) const BEHIND: f32 = 0.25;
+/// Curves that are being traced keep this share of theirs.
+pub(crate) const PREVIEW: f32 = 0.5;
 /// How far things under the pointer go towards white.
 pub(crate) const HOVER: f32 = 0.45;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bevy::math::curve::{Curve, Interval};
 use bevy::prelude::*;
 
-use super::retrace::SplineTrace;
+use super::trace::SplineTrace;
 use crate::curve::{SplineT, Trace};
 
 /// The trace of a spline as a [`Curve`] through the surface's local space, with all that Bevy does with curves.

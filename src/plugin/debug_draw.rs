@@ -5,11 +5,13 @@ use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
 use super::controls::{ControlKind, Editable};
+use super::edit_queue::PendingEdit;
 use super::polygon::ControlPolygon;
+use super::preview::TracePreview;
 use super::queries::{SurfaceQueries, SurfaceView};
-use super::retrace::SplineTrace;
 use super::spline::SurfaceSpline;
 use super::surface::OnSurface;
+use super::trace::SplineTrace;
 use crate::curve::{Anchor, Join};
 use crate::geodesic::GeodesicPath;
 
@@ -19,6 +21,8 @@ use crate::geodesic::GeodesicPath;
 pub struct SplineGizmos {
     /// Curves.
     pub curve: Color,
+    /// What previews of curves keep of their opacity, which says that they are rough or outdated.
+    pub preview: f32,
     /// Legs from anchors to handles, and those of the control polygons of B-splines.
     pub leg: Color,
     /// Anchors and handles.
@@ -33,6 +37,7 @@ impl Default for SplineGizmos {
     fn default() -> Self {
         Self {
             curve: Color::srgb(1.0, 0.6, 0.1),
+            preview: 0.5,
             leg: Color::srgb(0.5, 0.7, 0.9),
             control: Color::WHITE,
             anchor_size: 9.0,
@@ -41,7 +46,7 @@ impl Default for SplineGizmos {
     }
 }
 
-/// Draws every traced spline; of [`Editable`] ones also the control points: squares for corners, discs for other anchors,
+/// Draws every traced spline, or its [`TracePreview`] while there is one; of [`Editable`] ones also the control points: squares for corners, discs for other anchors,
 /// small discs for handles, joined to their anchors by their geodesics. Anchors of a B-spline are discs, joined by its control
 /// polygon. Where a curve is torn, it is drawn torn.
 ///
@@ -66,16 +71,35 @@ impl Plugin for DebugDrawPlugin {
     }
 }
 
-fn draw_curves(mut gizmos: Gizmos<SplineGizmos>, surfaces: SurfaceQueries, splines: Query<(&SplineTrace, &OnSurface)>) {
+fn draw_curves(
+    mut gizmos: Gizmos<SplineGizmos>,
+    surfaces: SurfaceQueries,
+    traces: Query<(&SplineTrace, &OnSurface), Without<TracePreview>>,
+    previews: Query<(&TracePreview, &OnSurface)>,
+) {
     if !gizmos.config.enabled {
         return;
     }
     let color = gizmos.config_ext.curve;
-    for (trace, on) in &splines {
-        let Some(view) = surfaces.get(on.0) else { continue };
-        for piece in trace.pieces() {
-            gizmos.linestrip(piece.iter().map(|p| view.to_world().transform_point3(*p)), color);
-        }
+    for (trace, on) in &traces {
+        draw_pieces(&mut gizmos, &surfaces, on.0, trace.pieces(), color);
+    }
+    let dim = color.with_alpha(color.alpha() * gizmos.config_ext.preview);
+    for (preview, on) in &previews {
+        draw_pieces(&mut gizmos, &surfaces, on.0, preview.pieces(), dim);
+    }
+}
+
+fn draw_pieces<'p>(
+    gizmos: &mut Gizmos<SplineGizmos>,
+    surfaces: &SurfaceQueries,
+    on: Entity,
+    pieces: impl Iterator<Item = &'p [Vec3]>,
+    color: Color,
+) {
+    let Some(view) = surfaces.get(on) else { return };
+    for piece in pieces {
+        gizmos.linestrip(piece.iter().map(|p| view.to_world().transform_point3(*p)), color);
     }
 }
 
@@ -99,16 +123,16 @@ fn draw_polygons(
 fn draw_controls(
     mut gizmos: Gizmos<SplineGizmos>,
     surfaces: SurfaceQueries,
-    splines: Query<(&SurfaceSpline, &OnSurface), With<Editable>>,
+    splines: Query<(&SurfaceSpline, &OnSurface, Option<&PendingEdit>), With<Editable>>,
     cameras: Query<(&Camera, &GlobalTransform)>,
 ) {
     let shown = cameras.iter().filter(|(camera, _)| camera.is_active).min_by_key(|(camera, _)| camera.order);
     let Some((camera, eye)) = shown.filter(|_| gizmos.config.enabled) else { return };
-    for (spline, on) in &splines {
+    for (spline, on, pending) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
         let has_joins = !spline.scheme().method.is_b_spline();
         for kind in ControlKind::all(spline) {
-            let Some(point) = kind.point(spline) else { continue };
+            let Some(point) = kind.shown(spline, pending) else { continue };
             let position = view.position(point);
             let Some(pixel) = world_per_pixel(camera, eye, position) else { continue };
             let place = Isometry3d::new(position, eye.rotation());

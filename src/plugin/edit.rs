@@ -1,16 +1,24 @@
 //! The one way by which splines change: [`EditSpline`] messages, applied by one system.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bevy::ecs::entity::EntityHashMap;
+use bevy::platform::time::Instant;
 use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
+use super::background::SAFE_FACES;
+use super::budget::{self, FrameTime, TraceBudget};
+use super::costs::Pace;
+use super::edit_costs::edit_work;
+use super::edit_queue::{AppliedEdit, Item, PendingEdit, Queue, RunningEdit, apply, remove_pending};
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
+use super::workspaces::Workspaces;
 use crate::curve::{EditError, Spline, SplineEdit};
-use crate::geodesic::PathFinder;
+use crate::surface::Surface;
 
 /// Asks for a change to a spline.
 ///
@@ -131,7 +139,8 @@ pub enum EditRefusal {
     Edit(#[from] EditError),
 }
 
-/// Applies edits.
+/// Applies edits: in the frame, or, where a drag moves what takes longer than the frame has, in the background; then
+/// the spline has a [`PendingEdit`] meanwhile.
 ///
 /// Schedule: `PostUpdate`, set [`SurfaceSplineSystems::Edit`].
 #[derive(Debug, Default)]
@@ -140,127 +149,285 @@ pub struct EditPlugin;
 impl Plugin for EditPlugin {
     fn build(&self, app: &mut App) {
         super::configure_sets(app);
+        budget::configure(app);
         app.register_type::<GestureId>()
             .add_message::<EditSpline>()
             .add_message::<EndGesture>()
             .add_message::<SplineEdited>()
             .add_message::<GestureEnded>()
-            .init_resource::<Gestures>()
+            .init_resource::<Workspaces>()
+            .init_resource::<Edits>()
+            .add_observer(remove_pending)
             .add_systems(PostUpdate, apply_edits.in_set(SurfaceSplineSystems::Edit));
     }
 }
 
-/// Gestures that have begun and not ended.
-#[derive(Resource, Debug, Default)]
-struct Gestures(HashMap<GestureId, Gesture>);
+/// Edits that are not over.
+#[derive(Resource, Default)]
+struct Edits {
+    /// Gestures that have begun and not ended.
+    gestures: HashMap<GestureId, Gesture>,
+    /// What waits for an edit that is computed in the background.
+    queues: EntityHashMap<Queue>,
+    /// How long edits take.
+    pace: Pace,
+}
 
-#[derive(Debug)]
 struct Gesture {
     spline: Entity,
-    before: Spline,
+    /// The spline when the first edit was applied.
+    before: Option<Spline>,
     refused: bool,
+    /// How long its edits take; none before the first.
+    pace: Option<Pace>,
+    /// Modelled work of the edit that runs in the background.
+    running: f64,
 }
 
 type Splines<'w, 's> = Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>;
 type Surfaces<'w, 's> = Query<'w, 's, &'static BuiltSurface>;
 
-/// Splines as they will be at the end of the frame.
+fn apply_edits(
+    commands: Commands,
+    (mut messages, mut ends): (MessageReader<EditSpline>, MessageReader<EndGesture>),
+    (edited, ended): (MessageWriter<SplineEdited>, MessageWriter<GestureEnded>),
+    mut edits: ResMut<Edits>,
+    (budget, mut frame, workspaces): (Res<TraceBudget>, ResMut<FrameTime>, Res<Workspaces>),
+    (splines, surfaces): (Splines, Surfaces),
+    pending: Query<(Entity, &PendingEdit)>,
+) {
+    let begin = Instant::now();
+    let mut desk = Desk {
+        commands,
+        edited,
+        ended,
+        edits: &mut edits,
+        workspaces: &workspaces,
+        splines: &splines,
+        surfaces: &surfaces,
+        left: frame.left(&budget),
+        changed: EntityHashMap::default(),
+    };
+    desk.edits.queues.retain(|entity, _| splines.contains(*entity));
+    let mut busy: Vec<Entity> = desk.edits.queues.keys().copied().collect();
+    busy.sort();
+    busy.into_iter().for_each(|entity| desk.go_on(entity));
+    messages.read().for_each(|message| desk.take_edit(message));
+    ends.read().for_each(|end| desk.take_end(*end));
+    desk.show_pending(&pending);
+    desk.write_back();
+    edits.gestures.retain(|_, gesture| splines.contains(gesture.spline));
+    frame.spend(begin.elapsed());
+}
+
+/// The edits of one frame.
 struct Desk<'a, 'w, 's> {
+    commands: Commands<'w, 's>,
+    edited: MessageWriter<'w, SplineEdited>,
+    ended: MessageWriter<'w, GestureEnded>,
+    edits: &'a mut Edits,
+    workspaces: &'a Workspaces,
     splines: &'a Splines<'w, 's>,
     surfaces: &'a Surfaces<'w, 's>,
-    finder: &'a mut PathFinder,
+    /// Seconds that this frame has left.
+    left: f64,
+    /// Splines as they will be at the end of the frame.
     changed: EntityHashMap<Spline>,
 }
 
+/// Why an edit was not applied, if that is to be told.
+type Refused = Option<EditRefusal>;
+
 impl Desk<'_, '_, '_> {
+    fn take_edit(&mut self, message: &EditSpline) {
+        let entity = message.spline;
+        if let Some(id) = message.gesture {
+            let new = || Gesture { spline: entity, before: None, refused: false, pace: None, running: 0.0 };
+            self.edits.gestures.entry(id).or_insert_with(new);
+        }
+        self.take(entity, Item::Edit(message.clone()));
+    }
+
+    fn take_end(&mut self, end: EndGesture) {
+        let Some(gesture) = self.edits.gestures.get(&end.gesture) else { return };
+        let entity = gesture.spline;
+        if end.cancel
+            && let Some(queue) = self.edits.queues.get_mut(&entity)
+        {
+            queue.forget(end.gesture);
+            self.go_on(entity);
+        }
+        self.take(entity, Item::End(end));
+    }
+
+    /// Does something, or lets it wait for what is asked of the spline already.
+    fn take(&mut self, entity: Entity, item: Item) {
+        match self.edits.queues.get_mut(&entity) {
+            Some(queue) => queue.push(item),
+            None => self.process(entity, item),
+        }
+    }
+
+    /// Fetches an edit that was computed in the background, and does what waited for it.
+    fn go_on(&mut self, entity: Entity) {
+        while let Some(queue) = self.edits.queues.get_mut(&entity) {
+            if let Some((running, applied)) = queue.collect() {
+                self.finish(entity, running, applied);
+            } else if queue.running.is_some() {
+                return;
+            } else if let Some(item) = queue.pop() {
+                self.process(entity, item);
+            } else {
+                self.edits.queues.remove(&entity);
+            }
+        }
+    }
+
+    fn process(&mut self, entity: Entity, item: Item) {
+        match item {
+            Item::End(end) => self.end(end),
+            Item::Edit(message) => {
+                let outcome = match message.gesture {
+                    None => self.apply_alone(&message).map(Some),
+                    Some(id) => self.apply_in_gesture(id, &message),
+                };
+                self.report(entity, message, outcome);
+            }
+        }
+    }
+
+    /// Tells what came of an edit, if anything did.
+    fn report(&mut self, entity: Entity, message: EditSpline, outcome: Result<Option<SplineEdit>, Refused>) {
+        let EditSpline { edit, undoable, gesture, .. } = message;
+        match outcome {
+            Ok(Some(inverse)) => drop(self.edited.write(SplineEdited { entity, edit, inverse, undoable, gesture })),
+            Err(Some(reason)) => self.commands.trigger(SplineEditRefused { entity, edit, reason }),
+            Ok(None) | Err(None) => {}
+        }
+    }
+
     fn current(&self, entity: Entity) -> Result<Spline, EditRefusal> {
         let stored = || self.splines.get(entity).ok().map(|(spline, _)| (**spline).clone());
         self.changed.get(&entity).cloned().or_else(stored).ok_or(EditRefusal::NoSpline(entity))
     }
 
-    fn apply(&mut self, entity: Entity, spline: &mut Spline, edit: &SplineEdit) -> Result<SplineEdit, EditRefusal> {
+    fn surface(&self, entity: Entity) -> Result<Arc<Surface>, EditRefusal> {
         let (_, on) = self.splines.get(entity).map_err(|_| EditRefusal::NoSpline(entity))?;
-        let surface = self.surfaces.get(on.0).map_err(|_| EditRefusal::SurfaceNotReady)?;
-        Ok(spline.apply(surface, self.finder, edit)?)
+        Ok(self.surfaces.get(on.0).map_err(|_| EditRefusal::SurfaceNotReady)?.0.clone())
     }
-}
 
-fn apply_edits(
-    mut commands: Commands,
-    (mut edits, mut ends): (MessageReader<EditSpline>, MessageReader<EndGesture>),
-    (mut edited, mut ended): (MessageWriter<SplineEdited>, MessageWriter<GestureEnded>),
-    mut gestures: ResMut<Gestures>,
-    mut finder: Local<PathFinder>,
-    splines: Splines,
-    surfaces: Surfaces,
-) {
-    let mut desk =
-        Desk { splines: &splines, surfaces: &surfaces, finder: &mut finder, changed: EntityHashMap::default() };
-    for message in edits.read() {
-        let outcome = match message.gesture {
-            None => apply_alone(&mut desk, &mut gestures, message),
-            Some(id) => apply_in_gesture(&mut desk, &mut gestures, id, message),
+    /// Applies an edit to the spline as it is; gestures that go on about the same spline begin from there.
+    fn apply_alone(&mut self, message: &EditSpline) -> Result<SplineEdit, Refused> {
+        let entity = message.spline;
+        let (before, surface) = (self.current(entity)?, self.surface(entity)?);
+        let (spline, inverse) =
+            apply(before, &surface, &message.edit, self.workspaces).result.map_err(EditRefusal::from)?;
+        self.changed.insert(entity, spline);
+        for gesture in self.edits.gestures.values_mut().filter(|g| g.spline == entity) {
+            // Where the start of the gesture refuses it, the edit lasts until the gesture's next one.
+            if let Some(before) = &gesture.before
+                && let Ok((before, _)) = apply(before.clone(), &surface, &message.edit, self.workspaces).result
+            {
+                gesture.before = Some(before);
+            }
+        }
+        Ok(inverse)
+    }
+
+    /// Applies an edit to the spline as it was when the gesture began, or begins to.
+    fn apply_in_gesture(&mut self, id: GestureId, message: &EditSpline) -> Result<Option<SplineEdit>, Refused> {
+        let entity = message.spline;
+        let (current, surface) = (self.current(entity), self.surface(entity));
+        let Some(gesture) = self.edits.gestures.get_mut(&id).filter(|g| g.spline == entity) else {
+            return Err(Some(EditRefusal::NoSpline(entity)));
         };
-        let EditSpline { spline: entity, edit, undoable, gesture } = message.clone();
-        match outcome {
-            Ok(inverse) => drop(edited.write(SplineEdited { entity, edit, inverse, undoable, gesture })),
-            Err(Some(reason)) => commands.trigger(SplineEditRefused { entity, edit, reason }),
-            Err(None) => {}
+        let before = match &gesture.before {
+            Some(before) => before.clone(),
+            None => gesture.before.insert(current?).clone(),
+        };
+        let surface = surface.map_err(|reason| gesture.refuse(reason))?;
+        let work = edit_work(&surface, &before, &message.edit).unwrap_or(0.0);
+        let expected = gesture.pace.unwrap_or(self.edits.pace).expect(work);
+        let (fits, is_safe) = (expected <= self.left, surface.face_count() <= SAFE_FACES || self.left.is_infinite());
+        if fits && is_safe {
+            let applied = apply(before, &surface, &message.edit, self.workspaces);
+            self.left -= applied.seconds;
+            return self.settle(id, entity, work, applied).map(Some);
         }
+        gesture.running = work;
+        let begin = Instant::now();
+        let mut running = RunningEdit::begin(message.clone(), id, before, surface, self.workspaces.clone());
+        let applied = if fits { running.wait(self.left) } else { None };
+        self.left -= begin.elapsed().as_secs_f64();
+        if let Some(applied) = applied {
+            return self.settle(id, entity, work, applied).map(Some);
+        }
+        self.edits.queues.entry(entity).or_default().running = Some(running);
+        Ok(None)
     }
-    for end in ends.read() {
-        let Some(gesture) = gestures.0.remove(&end.gesture) else { continue };
+
+    /// An edit that was computed in the background is there.
+    fn finish(&mut self, entity: Entity, running: RunningEdit, applied: AppliedEdit) {
+        // Of another surface it is of no use.
+        if !self.surface(entity).is_ok_and(|surface| Arc::ptr_eq(&surface, &running.surface)) {
+            return;
+        }
+        let work = self.edits.gestures.get(&running.gesture).map_or(0.0, |gesture| gesture.running);
+        let outcome = self.settle(running.gesture, entity, work, applied).map(Some);
+        self.report(entity, running.message, outcome);
+    }
+
+    /// Takes over what came of an edit of a gesture.
+    fn settle(
+        &mut self,
+        id: GestureId,
+        entity: Entity,
+        work: f64,
+        applied: AppliedEdit,
+    ) -> Result<SplineEdit, Refused> {
+        let Some(gesture) = self.edits.gestures.get_mut(&id) else { return Err(None) };
+        gesture.pace.get_or_insert(self.edits.pace).learn(work, applied.seconds);
+        self.edits.pace.learn(work, applied.seconds);
+        let (spline, inverse) = applied.result.map_err(|error| gesture.refuse(error.into()))?;
+        gesture.refused = false;
+        self.changed.insert(entity, spline);
+        Ok(inverse)
+    }
+
+    fn end(&mut self, end: EndGesture) {
+        let Some(gesture) = self.edits.gestures.remove(&end.gesture) else { return };
         let entity = gesture.spline;
-        if end.cancel {
-            desk.changed.insert(entity, gesture.before);
+        if let Some(before) = gesture.before.filter(|_| end.cancel) {
+            self.changed.insert(entity, before);
         }
-        ended.write(GestureEnded { gesture: end.gesture, entity, cancelled: end.cancel });
+        self.ended.write(GestureEnded { gesture: end.gesture, entity, cancelled: end.cancel });
     }
-    gestures.0.retain(|_, gesture| splines.contains(gesture.spline));
-    for (entity, spline) in desk.changed {
-        if splines.get(entity).is_ok_and(|(now, _)| **now != spline) {
-            commands.entity(entity).try_insert(SurfaceSpline::new(spline));
+
+    /// Keeps the [`PendingEdit`]s.
+    fn show_pending(&mut self, pending: &Query<(Entity, &PendingEdit)>) {
+        for (entity, _) in pending.iter().filter(|(entity, _)| !self.edits.queues.contains_key(entity)) {
+            self.commands.entity(entity).try_remove::<PendingEdit>();
+        }
+        for (entity, queue) in &self.edits.queues {
+            let shown = pending.get(*entity).ok().map(|(_, pending)| pending.edit());
+            if let Some(edit) = queue.newest().filter(|edit| shown != Some(*edit)) {
+                self.commands.entity(*entity).try_insert(PendingEdit::new(edit.clone()));
+            }
+        }
+    }
+
+    fn write_back(&mut self) {
+        for (entity, spline) in std::mem::take(&mut self.changed) {
+            if self.splines.get(entity).is_ok_and(|(now, _)| **now != spline) {
+                self.commands.entity(entity).try_insert(SurfaceSpline::new(spline));
+            }
         }
     }
 }
 
-/// Applies an edit to the spline as it is; gestures that go on about the same spline begin from there.
-fn apply_alone(
-    desk: &mut Desk,
-    gestures: &mut Gestures,
-    message: &EditSpline,
-) -> Result<SplineEdit, Option<EditRefusal>> {
-    let mut spline = desk.current(message.spline)?;
-    let inverse = desk.apply(message.spline, &mut spline, &message.edit)?;
-    desk.changed.insert(message.spline, spline);
-    for gesture in gestures.0.values_mut().filter(|g| g.spline == message.spline) {
-        // Where the start of the gesture refuses it, the edit lasts until the gesture's next one.
-        let _ = desk.apply(message.spline, &mut gesture.before, &message.edit);
-    }
-    Ok(inverse)
-}
-
-/// Applies an edit to the spline as it was when the gesture began.
-fn apply_in_gesture(
-    desk: &mut Desk,
-    gestures: &mut Gestures,
-    id: GestureId,
-    message: &EditSpline,
-) -> Result<SplineEdit, Option<EditRefusal>> {
-    let entity = message.spline;
-    if let std::collections::hash_map::Entry::Vacant(entry) = gestures.0.entry(id) {
-        entry.insert(Gesture { spline: entity, before: desk.current(entity)?, refused: false });
-    }
-    let Some(gesture) = gestures.0.get_mut(&id).filter(|g| g.spline == entity) else {
-        return Err(Some(EditRefusal::NoSpline(entity)));
-    };
-    let mut spline = gesture.before.clone();
-    match desk.apply(entity, &mut spline, &message.edit) {
-        Ok(inverse) => {
-            gesture.refused = false;
-            desk.changed.insert(entity, spline);
-            Ok(inverse)
-        }
-        Err(reason) => Err((!std::mem::replace(&mut gesture.refused, true)).then_some(reason)),
+impl Gesture {
+    /// Of a row of refusals, the first is told.
+    fn refuse(&mut self, reason: EditRefusal) -> Refused {
+        (!std::mem::replace(&mut self.refused, true)).then_some(reason)
     }
 }

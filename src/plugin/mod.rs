@@ -2,7 +2,8 @@
 //!
 //! [`SplineSurface`] beside a `Mesh3d` asks for a [`BuiltSurface`]; a [`SplineSource`] or [`SurfaceSpline`] with
 //! [`OnSurface`] lies on it; [`EditSpline`] messages change it, and its [`SplineTrace`] follows. [`Editable`] makes anchors and
-//! handles appear that can be picked and dragged.
+//! handles appear that can be picked and dragged. What would take longer than a frame has ([`TraceBudget`]) is computed in the
+//! background; a [`TracePreview`] is shown meanwhile.
 //!
 //! Every plugin can be added alone and names its schedule and set; [`SurfaceSplinePlugins`] adds them all. Sets run in
 //! `PostUpdate` in the order of [`SurfaceSplineSystems`], before transforms are propagated (drawing after), so an edit
@@ -10,26 +11,35 @@
 
 #![expect(clippy::type_complexity, reason = "queries name what they read where they read it")]
 
+mod background;
+mod budget;
 mod build;
 mod controls;
+mod costs;
 mod curve;
 mod debug_draw;
 mod diagnostics;
 mod drag;
 mod edit;
+mod edit_costs;
+mod edit_queue;
 pub mod mesh;
 mod pick;
 mod polygon;
+mod preview;
 mod queries;
 mod remap;
 mod retrace;
 mod spline;
 mod surface;
 pub mod testing;
+mod trace;
+mod workspaces;
 
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
+pub use budget::TraceBudget;
 pub use controls::{ControlKind, ControlOf, ControlPoint, Controls, ControlsPlugin, Editable};
 pub use curve::TraceCurve;
 pub use debug_draw::{DebugDrawPlugin, SplineGizmos};
@@ -38,16 +48,19 @@ pub use drag::{DragPlugin, DragSettings, DragState, Grip};
 pub use edit::{
     EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
 };
+pub use edit_queue::PendingEdit;
 pub use mesh::{MeshReadError, mesh_from, triangle_mesh_from};
 pub use pick::{CurveHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
 pub use polygon::{ControlPolygon, PolygonPlugin};
+pub use preview::{PreviewKind, TracePreview};
 pub use queries::{SurfaceQueries, SurfaceQueryError, SurfaceView, WorldHit, WorldPlace, WorldWalk};
-pub use retrace::{RetracePlugin, SplineTrace, TraceChanged, TraceStatistics};
+pub use retrace::{RetracePlugin, TraceStatistics};
 pub use spline::{SplinePlugin, SplineSource, SplineState, SurfaceSpline};
 pub use surface::{
     BuiltSurface, OnSurface, SplineSurface, SurfaceChanged, SurfaceFailed, SurfaceItems, SurfacePlugin, SurfaceReady,
     SurfaceState,
 };
+pub use trace::{SplineTrace, TraceChanged};
 
 /// The steps of a frame: `Build` to `Controls` run in `PostUpdate`, chained in this order, before transforms are
 /// propagated; `Draw` after that; `Drag` in `PreUpdate`.

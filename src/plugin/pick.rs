@@ -12,9 +12,9 @@ use bevy::window::PrimaryWindow;
 
 use super::controls::{ControlKind, ControlPoint, Editable};
 use super::queries::{SurfaceQueries, SurfaceView, WorldHit};
-use super::retrace::SplineTrace;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
+use super::trace::SplineTrace;
 use crate::curve::{HandleSide, SplineT};
 use crate::surface::SurfacePoint;
 

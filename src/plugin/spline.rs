@@ -39,8 +39,11 @@ pub enum SplineState {
     /// Its surface is not ready, or it is on none.
     #[default]
     Pending,
-    /// It has a trace.
+    /// It has a trace, of the spline as it is.
     Ready,
+    /// Its trace is computed in the background, because that takes longer than a frame has. Until it is there, an earlier one
+    /// may be, and a [`TracePreview`](super::TracePreview).
+    Tracing,
     /// It cannot be made or traced.
     Failed {
         /// Why, and what to do about it.

@@ -28,13 +28,16 @@ use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::{PrimaryWindow, WindowRef};
 
-use super::SurfaceSplinePlugins;
+use super::{SurfaceSplinePlugins, TraceBudget};
 
 /// Time that passes in each update of a [`headless_app`].
 pub const FRAME: Duration = Duration::from_millis(16);
 
 /// An app with [`SurfaceSplinePlugins`], picking, assets and a window entity of 1280 × 720 that never opens; ready to be
 /// updated. Further plugins must be added to an [`unfinished_headless_app`].
+///
+/// Edits and traces are done in the frame whatever they take ([`TraceBudget::UNLIMITED`]), so that a test does not depend on how
+/// fast the machine is.
 pub fn headless_app() -> App {
     let mut app = unfinished_headless_app();
     app.add_plugins(SurfaceSplinePlugins);
@@ -60,6 +63,7 @@ pub fn unfinished_headless_app() -> App {
         bevy::picking::DefaultPickingPlugins,
     ))
     .insert_resource(TimeUpdateStrategy::ManualDuration(FRAME))
+    .insert_resource(TraceBudget::UNLIMITED)
     .add_systems(PostUpdate, update_cameras.in_set(CameraUpdateSystems).before(VisibilitySystems::UpdateFrusta));
     app
 }

@@ -4,8 +4,12 @@ mod b_splines;
 mod curves;
 mod drags;
 mod jumps;
+#[cfg(feature = "formats")]
+mod large_meshes;
 mod picks;
+mod previews;
 mod samples;
+mod slow_edits;
 mod surfaces;
 mod worlds;
 
