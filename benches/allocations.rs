@@ -20,8 +20,8 @@ use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 #[global_allocator]
 static MEMORY: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
-/// Steps of the drag of each thing that can be dragged; as many before them warm up.
-const STEPS: usize = 20;
+/// Steps of the drag of each thing that can be dragged.
+const STEPS: usize = 40;
 
 /// What some work took.
 #[derive(Clone, Copy, Default)]
@@ -125,22 +125,24 @@ fn drags(sample: &Sample, kind: Kind) -> (usize, [Taken; 2]) {
     let mut count = 0;
     let Some(case) = sample.cases.iter().find(|case| case.kind == kind) else { return (0, sums) };
     let Ok(spline) = Spline::bezier(surface, &mut workspace.finder, case.polygon) else { return (0, sums) };
+    let spline = spline.with_scheme(Scheme::lane_riesenfeld());
     for grip in [Grip::Anchor(0), Grip::Handle(0, HandleSide::Outgoing)] {
-        let mut spline = spline.clone().with_scheme(Scheme::lane_riesenfeld());
-        let (mut next, mut trace) = (spline.clone(), Trace::default());
-        let mut drag = Drag::new(grip, case.number as u64);
-        for step in 0..2 * STEPS {
-            let edit = drag.step(surface, &spline);
-            let (editing, edited) = Taken::by(|| next.assign_after(surface, &mut workspace.finder, &spline, &edit));
-            std::mem::swap(&mut spline, &mut next);
-            let (tracing, traced) = Taken::by(|| spline.trace_into(surface, &mut workspace, &mut trace));
-            if edited.is_err() || traced.is_err() {
-                continue;
-            }
-            if step >= STEPS {
-                sums[0].add(editing);
-                sums[1].add(tracing);
-                count += 1;
+        let (mut before, mut after, mut trace) = (spline.clone(), spline.clone(), Trace::default());
+        // The same drag twice: the first time to warm up.
+        for warm in [false, true] {
+            let mut drag = Drag::new(grip, case.number as u64);
+            before.clone_from(&spline);
+            for _ in 0..STEPS {
+                let edit = drag.step(surface, &before);
+                let finder = &mut workspace.finder;
+                let (editing, edited) = Taken::by(|| after.assign_after(surface, finder, &before, &edit));
+                std::mem::swap(&mut before, &mut after);
+                let (tracing, traced) = Taken::by(|| before.trace_into(surface, &mut workspace, &mut trace));
+                if warm && edited.is_ok() && traced.is_ok() {
+                    sums[0].add(editing);
+                    sums[1].add(tracing);
+                    count += 1;
+                }
             }
         }
     }

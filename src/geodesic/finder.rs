@@ -199,7 +199,7 @@ impl PathFinder {
         reverse_strip(surface, strip);
         self.straightener.run_thoroughly(surface, ends.end, ends.start, strip, &mut self.other_path);
         if self.other_path.length < path.length * SHORTER && !self.other_path.frozen {
-            std::mem::swap(path, &mut self.other_path);
+            path.copy_from(&self.other_path);
         }
     }
 

@@ -41,6 +41,7 @@ pub(crate) struct Straightener {
     next: Vec<HalfEdge>,
     before: Vec<HalfEdge>,
     fan: Vec<HalfEdge>,
+    refused: Vec<u32>,
     straight_through: Vec<Bend>,
     beside: Vec<Beside>,
     kept: Vec<HalfEdge>,
@@ -96,6 +97,7 @@ impl Straightener {
             reverse_strip(surface, strip);
         }
         let (mut start, mut end) = if backwards { (end, start) } else { (start, end) };
+        self.make_room();
         self.strip.clear();
         for &h in strip.iter() {
             push(surface, &mut self.strip, h);
@@ -115,6 +117,16 @@ impl Straightener {
         if backwards {
             out.reverse(surface);
         }
+    }
+
+    /// Strips change places: all of them get the room that one of them once needed, so that it is found once for all.
+    fn make_room(&mut self) {
+        let strips = [&mut self.strip, &mut self.next, &mut self.before, &mut self.kept];
+        let room = strips.iter().map(|strip| strip.capacity()).max().unwrap_or(0);
+        strips.into_iter().for_each(|strip| {
+            strip.clear();
+            strip.reserve_exact(room);
+        });
     }
 
     /// Straightens until the path is locally shortest, and fills in where it crosses sides; says whether a bound was met
@@ -290,7 +302,21 @@ impl Straightener {
     /// The guard behind the sweeps: passes the sharpest vertex alone, keeps the result if it is shorter, else leaves that
     /// vertex until the path has changed. Ends with no vertex left to try, which it confirms with `true`.
     fn finish(&mut self, surface: &Surface, start: &InnerPoint, end: &InnerPoint) -> bool {
-        let mut refused: Vec<u32> = Vec::new();
+        let mut refused = std::mem::take(&mut self.refused);
+        refused.clear();
+        let finished = self.pass_sharpest(surface, start, end, &mut refused);
+        self.refused = refused;
+        finished
+    }
+
+    /// The loop of [`finish`](Self::finish), with the vertices that were tried in vain.
+    fn pass_sharpest(
+        &mut self,
+        surface: &Surface,
+        start: &InnerPoint,
+        end: &InnerPoint,
+        refused: &mut Vec<u32>,
+    ) -> bool {
         let mut length = self.pull(surface, start, end);
         for _ in 0..4 * self.strip.len() + 1000 {
             let sharpness = |b: &Bend| b.turn + surface.curvature(b.vertex);
