@@ -78,7 +78,8 @@ impl Guide for BackAlong<'_> {
 fn shortest_through(source: DVec2, width: f64, per_width: f64, right_squared: f64, left_squared: f64) -> f64 {
     // The goal in the plane of the side and itself, turned to lie opposite the source.
     let along = 0.5 * ((right_squared - left_squared) * per_width + width);
-    let beyond = (right_squared - along * along).max(0.0).sqrt();
+    let squared = right_squared - along * along;
+    let beyond = if squared > 0.0 { squared.sqrt() } else { 0.0 };
     let (rise, run) = (source.y + beyond, along - source.x);
     let crossing = source.x * rise + run * source.y; // times rise
     if crossing < 0.0 {

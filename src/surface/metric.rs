@@ -50,7 +50,13 @@ pub(crate) fn apex(a: DVec2, b: DVec2, length: f64, la: f64, lb: f64) -> DVec2 {
     let per_length = 1.0 / length;
     // (la − lb)(la + lb) instead of la² − lb²: the difference of squares cancels for needles.
     let x = 0.5 * ((la - lb) * (la + lb) * per_length + length);
-    let y = 0.5 * sixteen_area_squared(la, lb, length).sqrt() * per_length;
+    // By Pythagoras where that loses no more than two digits.
+    let squared = (la - x) * (la + x);
+    let y = if squared > 0.01 * la * la {
+        squared.sqrt()
+    } else {
+        0.5 * sixteen_area_squared(la, lb, length).sqrt() * per_length
+    };
     let u = (b - a) * per_length;
     DVec2::new(a.x + u.x * x - u.y * y, a.y + u.y * x + u.x * y)
 }
