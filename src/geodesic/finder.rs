@@ -13,6 +13,9 @@ use crate::surface::{HalfEdge, InnerPoint, PointError, Surface, SurfacePoint};
 /// A path must be shorter than another by this factor to be taken instead; less is rounding.
 const SHORTER: f64 = 1.0 - 1e-12;
 
+/// A search of more labels than this is worth a corridor.
+const BRIEF: usize = 1 << 15;
+
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PathError {
@@ -176,11 +179,15 @@ impl PathFinder {
     ) -> Option<Found> {
         let near_a_way = match quality {
             PathQuality::Fast => self.guess.run(surface, from, to, &mut self.corridor, strip),
-            PathQuality::Default | PathQuality::Best if far_apart(surface, from, to) => {
-                self.corridor.along_short_ways(surface, from, to);
-                self.search.run_inside(surface, from, to, &self.corridor, strip)
+            PathQuality::Default | PathQuality::Best => {
+                // Points that are near in space may be far apart on the surface: a search tells.
+                let near = !far_apart(surface, from, to);
+                let found = if near { self.search.run_briefly(surface, from, to, BRIEF, strip) } else { None };
+                found.or_else(|| {
+                    self.corridor.along_short_ways(surface, from, to);
+                    self.search.run_inside(surface, from, to, &self.corridor, strip)
+                })
             }
-            PathQuality::Default | PathQuality::Best => None,
         };
         near_a_way.or_else(|| self.search.run(surface, from, to, strip))
     }

@@ -77,7 +77,23 @@ impl Search {
     ) -> Option<Found> {
         self.begin(surface, from, to, f64::INFINITY);
         let guide = ThroughSpace { goal: surface.inner_position(to) };
-        self.flow(surface, from, &guide, strip).or_else(|| self.flood(surface, from, strip))
+        let bound = bound_of(surface);
+        self.flow(surface, from, &guide, bound, strip).or_else(|| self.flood(surface, from, strip))
+    }
+
+    /// [`run`](Self::run) with so many labels only; none if that takes more.
+    pub(crate) fn run_briefly(
+        &mut self,
+        surface: &Surface,
+        from: &InnerPoint,
+        to: &InnerPoint,
+        labels: usize,
+        strip: &mut Vec<HalfEdge>,
+    ) -> Option<Found> {
+        self.begin(surface, from, to, f64::INFINITY);
+        let guide = ThroughSpace { goal: surface.inner_position(to) };
+        let found = self.flow(surface, from, &guide, labels, strip);
+        found.filter(|_| self.pool.len() <= labels)
     }
 
     /// [`run`](Self::run) inside a corridor; none if there is no way inside.
@@ -91,7 +107,7 @@ impl Search {
     ) -> Option<Found> {
         self.begin(surface, from, to, f64::INFINITY);
         let guide = Inside { corridor, through_space: ThroughSpace { goal: surface.inner_position(to) } };
-        self.flow(surface, from, &guide, strip)
+        self.flow(surface, from, &guide, bound_of(surface), strip)
     }
 
     /// Looks for a strip the other way round, between the same points, after another search: among the sides that were reached
@@ -108,20 +124,21 @@ impl Search {
         // Distances to the middles of sides make paths longer than they are, by up to about half a side where they begin.
         let slack = 0.5 * surface.mean_edge[surface.sheet[from.face as usize] as usize];
         self.begin(surface, from, to, known + slack);
-        self.flow(surface, from, &BackAlong { known: &there.reached }, strip)
+        self.flow(surface, from, &BackAlong { known: &there.reached }, bound_of(surface), strip)
     }
 
-    /// Spreads labels from the start until none that waits can lead to a shorter path than the one found.
+    /// Spreads labels from the start until none that waits can lead to a shorter path than the one found, or there are more than
+    /// `bound`.
     fn flow(
         &mut self,
         surface: &Surface,
         from: &InnerPoint,
         guide: &impl Guide,
+        bound: usize,
         strip: &mut Vec<HalfEdge>,
     ) -> Option<Found> {
         surface.for_each_spelling(from, |start| self.seed(surface, &start, guide));
         let (mut last, mut end) = (NO_PARENT, None);
-        let bound = MAX_LABELS_A_SIDE * 3 * surface.triangles.len();
         while let Some(index) = self.queue.pop(self.limit) {
             if self.pool.len() > bound {
                 break;
@@ -305,6 +322,11 @@ impl Search {
             self.keep(label, to_middle, priority);
         }
     }
+}
+
+/// More labels than this are no use.
+fn bound_of(surface: &Surface) -> usize {
+    MAX_LABELS_A_SIDE * 3 * surface.triangles.len()
 }
 
 /// The spelling of a point in a face around it.
