@@ -1,5 +1,5 @@
 //! How fast does a ray find the surface? 10,000 shuffled rays to random surface points and 10,000 misses on a torus of a million
-//! faces; with the feature `bevy`, beside the engine's own ray cast over its mesh, which looks at every triangle.
+//! faces; with the feature `engine_rays`, beside the engine's own ray cast over its mesh, which looks at every triangle.
 //!
 //! Wall time of one thread, read before and after every ray: medians, with the cost of reading the clock in them.
 
@@ -94,7 +94,7 @@ fn past_surface(surface: &Surface, random: &mut SplitMix64) -> Ray {
     }
 }
 
-#[cfg(feature = "bevy")]
+#[cfg(feature = "engine_rays")]
 mod engine {
     use std::time::Instant;
 
@@ -132,7 +132,7 @@ mod engine {
     }
 }
 
-#[cfg(not(feature = "bevy"))]
+#[cfg(not(feature = "engine_rays"))]
 mod engine {
     use super::{Ray, TriangleMesh};
 
