@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::geodesic::{
     PathError, PathFinder, PathQuality,
     chain::turn_into,
-    inner::InnerPath,
+    inner::{InnerPath, Place},
     tangent::InnerTangent,
     transport::{angle_at, direction_from, direction_to},
 };
@@ -27,17 +27,23 @@ pub(crate) struct Averager<'a> {
     pub(crate) quality: PathQuality,
 }
 
-/// A stretch of a leg, between two shares of its length.
+/// A part of a leg.
 #[derive(Clone, Copy)]
 pub(crate) struct Span<'l> {
     pub(crate) leg: &'l InnerPath,
-    pub(crate) from: f64,
-    pub(crate) to: f64,
+    pub(crate) from: Place,
+    pub(crate) to: Place,
 }
 
 impl<'l> Span<'l> {
-    pub(crate) fn new(leg: &'l InnerPath, from: f64, to: f64) -> Self {
-        Self { leg, from, to }
+    /// The part between two shares of the length.
+    pub(crate) fn new(surface: &Surface, leg: &'l InnerPath, from: f64, to: f64) -> Self {
+        Self { leg, from: leg.at_share(surface, from), to: leg.at_share(surface, to) }
+    }
+
+    /// All of it.
+    pub(crate) fn whole(leg: &'l InnerPath) -> Self {
+        Self { leg, from: leg.first(), to: leg.last() }
     }
 }
 
@@ -82,22 +88,23 @@ impl Averager<'_> {
         out: &mut InnerPath,
     ) -> Result<(), PathError> {
         let surface = self.surface;
-        let (i, start) = first.leg.at_share(surface, first.from);
-        let (j, end) = second.leg.at_share(surface, second.to);
-        if start.face != end.face && self.are_short(first, second) {
-            let meet = Meeting::of(surface, first, second);
-            if meet.is_gentle(self, first, second) {
-                let mut strip = self.finder.lend_strip();
-                strip.extend_from_slice(first.leg.strip.get(i..meet.first).unwrap_or_default());
-                let meets = turn_into(surface, &meet.here, meet.there.face, &mut strip);
-                if meets {
-                    strip.extend_from_slice(second.leg.strip.get(meet.second..j).unwrap_or_default());
-                    self.finder.continue_inner(surface, &start, &end, &mut strip, out);
-                }
-                self.finder.take_strip_back(strip);
-                if meets {
-                    return Ok(());
-                }
+        let [(i, start), (meets, here)] = [first.from, first.to];
+        let [(continues, there), (j, end)] = [second.from, second.to];
+        if start.face == end.face {
+            out.set_straight(surface, start, end);
+            return Ok(());
+        }
+        if self.are_short(first, second) && self.is_gentle(first, second) {
+            let mut strip = self.finder.lend_strip();
+            strip.extend_from_slice(first.leg.strip.get(i..meets).unwrap_or_default());
+            let is_joined = turn_into(surface, &here, there.face, &mut strip);
+            if is_joined {
+                strip.extend_from_slice(second.leg.strip.get(continues..j).unwrap_or_default());
+                self.finder.continue_inner(surface, &start, &end, &mut strip, out);
+            }
+            self.finder.take_strip_back(strip);
+            if is_joined {
+                return Ok(());
             }
         }
         self.leg_into(&start, &end, out)
@@ -108,52 +115,35 @@ impl Averager<'_> {
         first.leg.length < limit && second.leg.length < limit
     }
 
-    /// By how much the way turns left where two spans meet, in (−π, π]; zero where one has no length.
-    pub(crate) fn turn(&self, first: Span<'_>, second: Span<'_>) -> f64 {
-        let (meet, here) = first.leg.at_share(self.surface, first.to);
-        let (from, _) = second.leg.at_share(self.surface, second.from);
-        let arriving = InnerTangent { face: first.leg.face(meet), vector: direction_to(self.surface, first.leg, meet) };
-        let leaving =
-            InnerTangent { face: second.leg.face(from), vector: direction_from(self.surface, second.leg, from) };
-        if arriving.vector == DVec2::ZERO || leaving.vector == DVec2::ZERO {
-            return 0.0;
-        }
-        let angle = angle_at(self.surface, &here, &arriving, &leaving).rem_euclid(TAU);
-        if angle > PI { angle - TAU } else { angle }
-    }
-}
-
-/// Where two spans meet: the stretches of their legs, and the place as either spells it.
-struct Meeting {
-    first: usize,
-    here: InnerPoint,
-    second: usize,
-    there: InnerPoint,
-}
-
-impl Meeting {
-    fn of(surface: &Surface, first: Span<'_>, second: Span<'_>) -> Self {
-        let (i, here) = first.leg.at_share(surface, first.to);
-        let (j, there) = second.leg.at_share(surface, second.from);
-        Self { first: i, here, second: j, there }
-    }
-
-    /// Whether the way turns little there.
-    fn is_gentle(&self, averager: &Averager<'_>, first: Span<'_>, second: Span<'_>) -> bool {
+    /// Whether the way turns little where two spans meet.
+    fn is_gentle(&self, first: Span<'_>, second: Span<'_>) -> bool {
         /// Stretches shorter than this share of their face's longest side have no direction to trust.
         const FAR_ENOUGH: f64 = 1e-3;
-        let surface = averager.surface;
-        if self.here.face == self.there.face && self.here.zeros() == Zeros::None {
+        let surface = self.surface;
+        let [(i, here), (j, there)] = [first.to, second.from];
+        if here.face == there.face && here.zeros() == Zeros::None {
             // Inside a face directions are what they are in space.
             let at = |p: &InnerPoint| surface.inner_position(p);
-            let arriving = at(&self.here) - at(&first.leg.entry(surface, self.first));
-            let leaving = at(&second.leg.exit(self.second)) - at(&self.there);
-            let longest = surface.lengths[self.here.face as usize].iter().fold(0.0_f64, |m, l| m.max(*l));
+            let arriving = at(&here) - at(&first.leg.entry(surface, i));
+            let leaving = at(&second.leg.exit(j)) - at(&there);
+            let longest = surface.lengths[here.face as usize].iter().fold(0.0_f64, |m, l| m.max(*l));
             let (a, b) = (arriving.length(), leaving.length());
             if a.min(b) > FAR_ENOUGH * longest {
                 return arriving.dot(leaving) > FRAC_1_SQRT_2 * a * b;
             }
         }
-        averager.turn(first, second).abs() < GENTLE_TURN
+        self.turn(first, second).abs() < GENTLE_TURN
+    }
+
+    /// By how much the way turns left where two spans meet, in (−π, π]; zero where one has no length.
+    pub(crate) fn turn(&self, first: Span<'_>, second: Span<'_>) -> f64 {
+        let [(i, here), (j, _)] = [first.to, second.from];
+        let arriving = InnerTangent { face: first.leg.face(i), vector: direction_to(self.surface, first.leg, i) };
+        let leaving = InnerTangent { face: second.leg.face(j), vector: direction_from(self.surface, second.leg, j) };
+        if arriving.vector == DVec2::ZERO || leaving.vector == DVec2::ZERO {
+            return 0.0;
+        }
+        let angle = angle_at(self.surface, &here, &arriving, &leaving).rem_euclid(TAU);
+        if angle > PI { angle - TAU } else { angle }
     }
 }

@@ -27,8 +27,9 @@ pub(crate) fn split(averager: &mut Averager<'_>, legs: &[InnerPath], t: f64) -> 
     let mut round: Legs = Vec::new();
     for k in 1..legs.len() {
         let before = if k == 1 { legs } else { &round };
-        let next =
-            before.windows(2).map(|pair| averager.bridge(Span::new(&pair[0], t, 1.0), Span::new(&pair[1], 0.0, t)));
+        let next = before
+            .windows(2)
+            .map(|pair| averager.bridge(Span::new(surface, &pair[0], t, 1.0), Span::new(surface, &pair[1], 0.0, t)));
         round = next.collect::<Result<_, _>>()?;
         left.extend(piece(round.first(), 0.0, t));
         right.extend(piece(round.last(), t, 1.0));

@@ -49,7 +49,7 @@ impl Trace {
         let [a, b, c] = [place(middle - step)?, place(middle)?, place(middle + step)?];
         let mut averager = Averager { surface, finder, quality: PathQuality::Default };
         let [into, out]: [InnerPath; 2] = [averager.leg(&a, &b).ok()?, averager.leg(&b, &c).ok()?];
-        let turn = averager.turn(Span::new(&into, 0.0, 1.0), Span::new(&out, 0.0, 1.0));
+        let turn = averager.turn(Span::whole(&into), Span::whole(&out));
         let ways = into.length + out.length;
         (ways > 0.0).then(|| 2.0 * turn / ways)
     }

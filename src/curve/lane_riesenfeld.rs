@@ -9,7 +9,11 @@ use super::{
     average::{Averager, Span},
     casteljau::Legs,
 };
-use crate::geodesic::{PathError, inner::InnerPath, path_list::PathList};
+use crate::geodesic::{
+    PathError,
+    inner::{InnerPath, Place},
+    path_list::PathList,
+};
 use crate::surface::InnerPoint;
 
 /// The knots of a B-spline: consecutive integers, repeated at clamped ends.
@@ -120,7 +124,10 @@ fn stencil(knots: Knots, i: usize) -> Stencil {
 #[derive(Clone, Copy, Debug)]
 struct Made {
     stencil: Stencil,
-    point: InnerPoint,
+    /// On its leg, or on the path that it is the middle of.
+    place: Place,
+    /// Where the path that it is the middle of begins and ends, on the two legs.
+    ends: [Place; 2],
 }
 
 /// Makes point `i` of the next level; `legs[0]` is leg `offset` of this one. A point made of two legs is the middle of the path
@@ -133,18 +140,20 @@ fn make(
     offset: usize,
     across: &mut InnerPath,
 ) -> Result<Made, PathError> {
-    let stencil = stencil(knots, i);
-    let point = match stencil {
-        Stencil::First => legs[0].start,
-        Stencil::Last => legs[legs.len() - 1].end,
-        Stencil::On(j, share) => averager.point(&legs[j - offset], share),
+    let (surface, stencil) = (averager.surface, stencil(knots, i));
+    let at_one = |place: Place| Made { stencil, place, ends: [place; 2] };
+    Ok(match stencil {
+        Stencil::First => at_one(legs[0].first()),
+        Stencil::Last => at_one(legs[legs.len() - 1].last()),
+        Stencil::On(j, share) => at_one(legs[j - offset].at_share(surface, share)),
         Stencil::Across(j, from, to) => {
             let (first, second) = (&legs[j - offset], &legs[j + 1 - offset]);
-            averager.bridge_into(Span::new(first, from, 1.0), Span::new(second, 0.0, to), across)?;
-            averager.point(across, 0.5)
+            let ends = [first.at_share(surface, from), second.at_share(surface, to)];
+            let to_joint = Span { leg: first, from: ends[0], to: first.last() };
+            averager.bridge_into(to_joint, Span { leg: second, from: second.first(), to: ends[1] }, across)?;
+            Made { stencil, place: across.at_share(surface, 0.5), ends }
         }
-    };
-    Ok(Made { stencil, point })
+    })
 }
 
 /// The leg between two consecutive points of the next level, cut out of or bridged over legs of this one, and the paths `across`
@@ -161,17 +170,24 @@ fn join(
     let surface = averager.surface;
     let leg = |j: usize| &legs[j - offset];
     match (from.stencil, to.stencil) {
-        (First, On(j, share)) => leg(j).piece_into(surface, 0.0, share, out),
-        (On(j, share), Last) => leg(j).piece_into(surface, share, 1.0, out),
-        (On(j, a), On(k, b)) if j == k => leg(j).piece_into(surface, a, b, out),
-        (On(j, a), On(k, b)) => averager.bridge_into(Span::new(leg(j), a, 1.0), Span::new(leg(k), 0.0, b), out)?,
-        (On(j, a), Across(_, b, _)) => {
-            averager.bridge_into(Span::new(leg(j), a, b), Span::new(across[1], 0.0, 0.5), out)?;
+        (First, On(j, _)) | (On(j, _), Last) => leg(j).piece_into(surface, from.place, to.place, out),
+        (On(j, _), On(k, _)) if j == k => leg(j).piece_into(surface, from.place, to.place, out),
+        (On(j, _), On(k, _)) => {
+            let (first, second) = (leg(j), leg(k));
+            let to_joint = Span { leg: first, from: from.place, to: first.last() };
+            averager.bridge_into(to_joint, Span { leg: second, from: second.first(), to: to.place }, out)?;
         }
-        (Across(_, _, a), On(k, b)) => {
-            averager.bridge_into(Span::new(across[0], 0.5, 1.0), Span::new(leg(k), a, b), out)?;
+        (On(j, _), Across(..)) => {
+            let (first, second) = (leg(j), across[1]);
+            let to_joint = Span { leg: first, from: from.place, to: to.ends[0] };
+            averager.bridge_into(to_joint, Span { leg: second, from: second.first(), to: to.place }, out)?;
         }
-        _ => averager.leg_into(&from.point, &to.point, out)?,
+        (Across(..), On(k, _)) => {
+            let (first, second) = (across[0], leg(k));
+            let to_joint = Span { leg: first, from: from.place, to: first.last() };
+            averager.bridge_into(to_joint, Span { leg: second, from: from.ends[1], to: to.place }, out)?;
+        }
+        _ => averager.leg_into(&from.place.1, &to.place.1, out)?,
     }
     Ok(())
 }
@@ -208,7 +224,7 @@ pub(crate) fn trace(
             made.push(make(averager, knots, i, legs, 0, across.place())?);
         }
         points.clear();
-        points.extend(made.iter().map(|m| m.point));
+        points.extend(made.iter().map(|m| m.place.1));
         if joined || level + 1 < levels {
             next.clear();
             for (i, pair) in made.windows(2).enumerate() {
@@ -270,14 +286,14 @@ impl Interval {
         let left = if from == 0.0 {
             l0.piece(surface, share, 1.0)
         } else {
-            let path = averager.bridge(Span::new(l0, share, 1.0), Span::new(l1, 0.0, from))?;
+            let path = averager.bridge(Span::new(surface, l0, share, 1.0), Span::new(surface, l1, 0.0, from))?;
             path.piece(surface, -before / (1.0 - before), 1.0)
         };
         let share = 1.0 / knot(3); // of f(b, b, after) on the last leg
         let right = if to == 1.0 {
             l2.piece(surface, 0.0, share)
         } else {
-            let path = averager.bridge(Span::new(l1, to, 1.0), Span::new(l2, 0.0, share))?;
+            let path = averager.bridge(Span::new(surface, l1, to, 1.0), Span::new(surface, l2, 0.0, share))?;
             path.piece(surface, 0.0, 1.0 / after)
         };
         Ok(vec![left, middle, right])

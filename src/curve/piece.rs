@@ -87,7 +87,7 @@ pub(crate) fn with_length<'l>(
 
 /// The angle by which the second leg departs from the first.
 pub(crate) fn leg_turn(averager: &Averager<'_>, first: &InnerPath, second: &InnerPath) -> f64 {
-    averager.turn(Span::new(first, 0.0, 1.0), Span::new(second, 0.0, 1.0)).abs()
+    averager.turn(Span::whole(first), Span::whole(second)).abs()
 }
 
 /// A curve's point, with what de Casteljau's last steps say about it.
@@ -169,7 +169,7 @@ pub(crate) fn spot(averager: &Averager<'_>, split: &casteljau::Split, t: f64) ->
     let curvature = match second {
         Some(second) if arm.length > NO_LENGTH * surface.diagonal() => {
             let (a, b) = if backwards { (second, arm) } else { (arm, second) };
-            let turn = averager.turn(Span::new(a, 0.0, 1.0), Span::new(b, 0.0, 1.0));
+            let turn = averager.turn(Span::whole(a), Span::whole(b));
             (degree - 1.0) / degree * second.length * turn.sin() / (arm.length * arm.length)
         }
         _ => 0.0,

@@ -117,7 +117,7 @@ fn chord(averager: &mut Averager<'_>, legs: &[InnerPath]) -> Result<InnerPath, P
     let Some((first, rest)) = legs.split_first() else { return Ok(InnerPath::default()) };
     let mut path = first.clone();
     for leg in rest {
-        path = averager.bridge(Span::new(&path, 0.0, 1.0), Span::new(leg, 0.0, 1.0))?;
+        path = averager.bridge(Span::whole(&path), Span::whole(leg))?;
     }
     Ok(path)
 }

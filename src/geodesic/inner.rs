@@ -5,6 +5,9 @@ use glam::DVec3;
 use super::{Crossing, GeodesicPath};
 use crate::surface::{HalfEdge, InnerPoint, PointError, Surface};
 
+/// A place on a path: the stretch, and the point there.
+pub(crate) type Place = (usize, InnerPoint);
+
 /// A path in inner spelling: what the engine works on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct InnerPath {
@@ -100,7 +103,7 @@ impl InnerPath {
     }
 
     /// The stretch that a distance from the start falls into, and the point there.
-    pub(crate) fn at_distance(&self, surface: &Surface, distance: f64) -> (usize, InnerPoint) {
+    pub(crate) fn at_distance(&self, surface: &Surface, distance: f64) -> Place {
         let distance = distance.clamp(0.0, self.length);
         let stretch = self.travelled.partition_point(|d| *d < distance);
         let before = stretch.checked_sub(1).map_or(0.0, |i| self.travelled[i]);
@@ -111,27 +114,36 @@ impl InnerPath {
     }
 
     /// The point at a share of the length, with its stretch.
-    pub(crate) fn at_share(&self, surface: &Surface, share: f64) -> (usize, InnerPoint) {
+    pub(crate) fn at_share(&self, surface: &Surface, share: f64) -> Place {
         if share <= 0.0 {
-            return (0, self.start);
+            return self.first();
         }
         if share >= 1.0 {
-            return (self.strip.len(), self.end);
+            return self.last();
         }
         self.at_distance(surface, share * self.length)
+    }
+
+    /// Where it starts.
+    pub(crate) fn first(&self) -> Place {
+        (0, self.start)
+    }
+
+    /// Where it ends.
+    pub(crate) fn last(&self) -> Place {
+        (self.strip.len(), self.end)
     }
 
     /// The piece between two shares of the length, `from` ≤ `to`.
     pub(crate) fn piece(&self, surface: &Surface, from: f64, to: f64) -> Self {
         let mut out = Self::default();
-        self.piece_into(surface, from, to, &mut out);
+        self.piece_into(surface, self.at_share(surface, from), self.at_share(surface, to), &mut out);
         out
     }
 
-    /// [`piece`](Self::piece) into reused memory.
-    pub(crate) fn piece_into(&self, surface: &Surface, from: f64, to: f64, out: &mut Self) {
-        let (first, start) = self.at_share(surface, from);
-        let (last, end) = self.at_share(surface, to);
+    /// The piece between two places, into reused memory.
+    pub(crate) fn piece_into(&self, surface: &Surface, from: Place, to: Place, out: &mut Self) {
+        let [(first, start), (last, end)] = [from, to];
         let last = last.max(first);
         (out.start, out.end, out.frozen) = (start, end, self.frozen);
         out.strip.clear();

@@ -9,7 +9,7 @@ fn largest_turn(surface: &Surface, segment: &SegmentTrace) -> f64 {
     let mut finder = PathFinder::new();
     let averager = average::Averager { surface, finder: &mut finder, quality: PathQuality::Default };
     let legs: Vec<_> = segment.paths().iter().map(|p| InnerPath::from_outer(surface, p).unwrap()).collect();
-    let whole = |leg| average::Span::new(leg, 0.0, 1.0);
+    let whole = |leg| average::Span::whole(leg);
     legs.windows(2).map(|w| averager.turn(whole(&w[0]), whole(&w[1])).abs()).fold(0.0, f64::max)
 }
 

@@ -72,7 +72,7 @@ fn over_a_corner_of_the_cube_pieces_meet_smoothly() {
     let legs: Vec<_> =
         segment.paths().iter().map(|p| crate::geodesic::inner::InnerPath::from_outer(&surface, p).unwrap()).collect();
     for pair in legs.windows(2).skip(2).step_by(3) {
-        let turn = averager.turn(average::Span::new(&pair[0], 0.0, 1.0), average::Span::new(&pair[1], 0.0, 1.0));
+        let turn = averager.turn(average::Span::whole(&pair[0]), average::Span::whole(&pair[1]));
         assert!(turn.abs() < 1e-6, "{turn}");
     }
 }
