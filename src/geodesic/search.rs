@@ -324,9 +324,9 @@ impl Search {
     }
 }
 
-/// More labels than this are no use.
+/// More labels than this are no use, or have no numbers.
 fn bound_of(surface: &Surface) -> usize {
-    MAX_LABELS_A_SIDE * 3 * surface.triangles.len()
+    (MAX_LABELS_A_SIDE * 3 * surface.triangles.len()).min(u32::MAX as usize / 2)
 }
 
 /// The spelling of a point in a face around it.
