@@ -65,7 +65,8 @@ fn perform(
     mut slide: Local<Option<GestureId>>,
     mut history: ResMut<History>,
     (mut selection, mut tool): (ResMut<Selection>, ResMut<Tool>),
-    (splines, shelved): (Splines, Query<&curves::Shelved>),
+    (splines, shelved, waiting): (Splines, Query<&curves::Shelved>, Query<(), With<PendingEdit>>),
+    mut notices: ResMut<Notices>,
 ) {
     for action in actions.read() {
         let selected = selection.spline.and_then(|entity| Some((entity, splines.get(entity).ok()?.0)));
@@ -79,6 +80,12 @@ fn perform(
             Action::BeginSpline => {
                 selection.clear();
                 *tool = Tool::Pen;
+            }
+            // What is computed yet would come before what is taken back, and have another version of the spline under it.
+            Action::Undo | Action::Redo
+                if history.next(matches!(action, Action::Undo)).is_some_and(|s| waiting.contains(s)) =>
+            {
+                notices.warn("The last edit is still being computed: undo and redo when it is done.".into());
             }
             Action::Undo => history.undo(&mut commands, &mut edits, &splines, &shelved),
             Action::Redo => history.redo(&mut commands, &mut edits, &splines, &shelved),

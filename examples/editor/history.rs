@@ -62,6 +62,12 @@ impl History {
         [&self.undo, &self.redo].map(|entries| entries.last().map(|entry| entry.name.as_str()))
     }
 
+    /// The spline that undo, or redo, would change.
+    pub(crate) fn next(&self, undo: bool) -> Option<Entity> {
+        let entries = if undo { &self.undo } else { &self.redo };
+        entries.last().map(|entry| entry.spline)
+    }
+
     /// The edits that were sent for an entry were refused, so they do not come round.
     pub(crate) fn forget_pending(&mut self, spline: Entity) {
         self.pending.retain(|pending| pending.entry.spline != spline);

@@ -209,13 +209,21 @@ impl Corridor {
                 }
             }
         }
-        self.way.clear();
-        let mut cluster = ends.first;
-        while cluster != NONE {
-            self.way.push(cluster);
-            cluster = self.to_goal[cluster as usize].next;
-        }
+        self.read_way(ends.first, ends.clusters.len());
         bound
+    }
+
+    /// Follows the labels from a cluster to the goal, through `most` clusters at most: where centres lie on one line, rounding
+    /// can make two clusters next to each other both ways, and such a way leads nowhere.
+    fn read_way(&mut self, first: u32, most: usize) {
+        self.way.clear();
+        let mut cluster = first;
+        while self.way.len() < most
+            && let Some(label) = self.to_goal.get(cluster as usize)
+        {
+            self.way.push(cluster);
+            cluster = label.next;
+        }
     }
 
     /// Search from the start, of clusters whose distances from start and goal are `bound` in all at most. Distances to the goal
@@ -297,6 +305,16 @@ mod tests {
                 assert!(narrow.iter().zip(&wide).all(|(n, w)| *w || !*n));
             }
         }
+    }
+
+    #[test]
+    fn a_way_that_goes_round_in_a_circle_ends() {
+        let label = |next| Label { epoch: 1, next, distance: 1.0, closed: true };
+        let mut corridor = Corridor { to_goal: [2, NONE, 3, 2].map(label).to_vec(), ..Corridor::default() };
+        corridor.read_way(0, 4);
+        assert_eq!(corridor.way, [0, 2, 3, 2]);
+        corridor.read_way(1, 4);
+        assert_eq!(corridor.way, [1]);
     }
 
     #[test]

@@ -56,7 +56,7 @@ impl Guess {
         let here = center(surface, face);
         for side in [0, 1, 2].map(|k| HalfEdge::new(face, k)) {
             let twin = surface.twin(side);
-            if !twin.is_some() || side == visit.came_by {
+            if !twin.is_some() || twin == visit.came_by {
                 continue;
             }
             let Some(aim) = corridor.aim(surface, twin.face()) else { continue };

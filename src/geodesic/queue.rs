@@ -37,7 +37,7 @@ impl Queue {
             self.first_priority = priority - 8.0 / self.per_width;
         }
         // A cast saturates: what is less than the first counts as the first.
-        let place = (((priority - self.first_priority) * self.per_width) as usize).clamp(self.at, MAX_BUCKETS);
+        let place = (((priority - self.first_priority) * self.per_width) as usize).min(MAX_BUCKETS).max(self.at);
         if self.buckets.len() <= place {
             self.buckets.resize(place + 1, (NONE, NONE));
         }

@@ -41,7 +41,7 @@ struct Label {
 
 const NO_PARENT: u32 = u32::MAX;
 
-/// Scratch memory of the search: 16 bytes a side where it has been, and 64 a label.
+/// Scratch memory of the search: 64 bytes a face where it has been, and 64 a label.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
     pool: Vec<Label>,

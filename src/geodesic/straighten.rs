@@ -49,9 +49,6 @@ pub(crate) struct Straightener {
     noise: Option<f64>,
     /// Length of the taut string, if the string is up to date with strip and ends.
     taut: Option<f64>,
-    /// Sweeps and flips since the beginning, for statistics.
-    pub(crate) sweeps: u64,
-    pub(crate) flips: u64,
 }
 
 impl Straightener {
@@ -239,9 +236,8 @@ impl Straightener {
         let bound = 4 * self.strip.len() + 1000;
         let mut met_bound = true;
         for _ in 0..bound {
-            self.sweeps += 1;
             let before = (length, *start, *end);
-            if self.flip_all(surface) == 0 {
+            if !self.flip_all(surface) {
                 met_bound = false;
                 break;
             }
@@ -273,10 +269,10 @@ impl Straightener {
         }
     }
 
-    /// Passes every vertex that can be passed with gain and whose run of sides is still as it was; says how many.
-    fn flip_all(&mut self, surface: &Surface) -> usize {
+    /// Passes every vertex that can be passed with gain and whose run of sides is still as it was; says whether there was one.
+    fn flip_all(&mut self, surface: &Surface) -> bool {
         self.next.clear();
-        let (mut copied, mut flips) = (0, 0);
+        let (mut copied, mut flipped) = (0, false);
         for bend in &self.bends {
             if bend.first < copied || !improves(surface, bend) || !other_side(surface, &self.strip, bend, &mut self.fan)
             {
@@ -286,17 +282,16 @@ impl Straightener {
                 push(surface, &mut self.next, h);
             }
             copied = bend.last + 1;
-            flips += 1;
+            flipped = true;
         }
-        if flips > 0 {
+        if flipped {
             for &h in &self.strip[copied..] {
                 push(surface, &mut self.next, h);
             }
             std::mem::swap(&mut self.strip, &mut self.next);
             self.taut = None;
         }
-        self.flips += flips as u64;
-        flips
+        flipped
     }
 
     /// The guard behind the sweeps: passes the sharpest vertex alone, keeps the result if it is shorter, else leaves that
@@ -335,7 +330,6 @@ impl Straightener {
             if self.gains(surface, length, shorter) {
                 length = shorter;
                 refused.clear();
-                self.flips += 1;
             } else {
                 std::mem::swap(&mut self.strip, &mut self.next);
                 self.taut = None;

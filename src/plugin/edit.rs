@@ -242,8 +242,7 @@ impl Desk<'_, '_, '_> {
     fn take_edit(&mut self, message: &EditSpline) {
         let entity = message.spline;
         if let Some(id) = message.gesture {
-            let new = || Gesture { spline: entity, before: None, refused: false, pace: None, running: 0.0 };
-            self.edits.gestures.entry(id).or_insert_with(new);
+            self.edits.gestures.entry(id).or_insert_with(|| Gesture::new(entity));
         }
         self.take(entity, Item::Edit(message.clone()));
     }
@@ -338,9 +337,11 @@ impl Desk<'_, '_, '_> {
     fn apply_in_gesture(&mut self, id: GestureId, message: &EditSpline) -> Result<Option<SplineEdit>, Refused> {
         let entity = message.spline;
         let (current, surface) = (self.current(entity), self.surface(entity));
-        let Some(gesture) = self.edits.gestures.get_mut(&id).filter(|g| g.spline == entity) else {
+        // While the edit waited, its gesture may have ended, and begins anew.
+        let gesture = self.edits.gestures.entry(id).or_insert_with(|| Gesture::new(entity));
+        if gesture.spline != entity {
             return Err(Some(EditRefusal::NoSpline(entity)));
-        };
+        }
         let before = match &gesture.before {
             Some(before) => before.clone(),
             None => gesture.before.insert(current?).clone(),
@@ -426,6 +427,10 @@ impl Desk<'_, '_, '_> {
 }
 
 impl Gesture {
+    fn new(spline: Entity) -> Self {
+        Self { spline, before: None, refused: false, pace: None, running: 0.0 }
+    }
+
     /// Of a row of refusals, the first is told.
     fn refuse(&mut self, reason: EditRefusal) -> Refused {
         (!std::mem::replace(&mut self.refused, true)).then_some(reason)

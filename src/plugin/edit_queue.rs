@@ -67,6 +67,10 @@ impl Item {
     fn is_edit_of(&self, gesture: GestureId) -> bool {
         matches!(self, Self::Edit(message) if message.gesture == Some(gesture))
     }
+
+    fn is_end_of(&self, gesture: GestureId) -> bool {
+        matches!(self, Self::End(end) if end.gesture == gesture)
+    }
 }
 
 /// What is asked of one spline, in order: an edit that is computed, and what waits for it.
@@ -125,10 +129,13 @@ impl RunningEdit {
 }
 
 impl Queue {
-    /// Adds what comes; of the edits of a gesture that wait, the last alone counts.
+    /// Adds what comes; of the edits of a gesture that wait, the last before its end alone counts.
     pub(crate) fn push(&mut self, item: Item) {
         if let Item::Edit(EditSpline { gesture: Some(gesture), .. }) = item {
-            self.waiting.retain(|waiting| !waiting.is_edit_of(gesture));
+            let over = self.waiting.iter().rposition(|waiting| waiting.is_end_of(gesture)).map_or(0, |end| end + 1);
+            let mut places = 0..;
+            self.waiting
+                .retain(|waiting| places.next().is_some_and(|place| place < over) || !waiting.is_edit_of(gesture));
         }
         self.waiting.push_back(item);
     }

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
 
 use super::SurfaceSplineSystems;
+use super::background::SAFE_FACES;
 use super::budget::{self, FrameTime, TraceBudget};
 use super::controls::Editable;
 use super::costs::Pace;
@@ -97,6 +98,12 @@ impl Draft {
         Self { ends, surface: surface.0.clone(), known, work }
     }
 
+    /// Whether a frame may draw it itself where that is expected to fit in: a search on a larger surface may take many times
+    /// what was expected, and it cannot be stopped.
+    fn is_safe(&self) -> bool {
+        self.work == 0.0 || self.surface.face_count() <= SAFE_FACES
+    }
+
     fn draw(&self, workspaces: &Workspaces) -> Drawn {
         let begin = Instant::now();
         let leg = |finder: &mut PathFinder, ends: &_| leg(&self.surface, finder, *ends, &self.known);
@@ -117,7 +124,7 @@ impl Drafts {
 
     /// Draws a polygon if that takes less than some seconds, else begins to do so in the background.
     fn draw(&mut self, entity: Entity, draft: Draft, left: f64, workspaces: &Workspaces) -> Option<ControlPolygon> {
-        if self.pace.expect(draft.work) <= left {
+        if self.pace.expect(draft.work) <= left && (draft.is_safe() || left.is_infinite()) {
             let (polygon, work, seconds) = draft.draw(workspaces);
             self.pace.learn(work, seconds);
             return Some(polygon);

@@ -1,10 +1,12 @@
 //! B-splines have no handles to grab, and a control polygon to look at; torn curves are torn for all.
 
+use std::time::Duration;
+
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::PointerId;
 use bevy::prelude::*;
 use bevy_surface_splines::plugin::SplinePickingSettings;
-use bevy_surface_splines::plugin::testing::{PointerScript, headless_app, pixel_of};
+use bevy_surface_splines::plugin::testing::{PointerScript, headless_app, pixel_of, update_until};
 use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::shapes;
 
@@ -122,6 +124,27 @@ fn the_control_polygon_follows_the_anchors() {
     stage.app.world_mut().entity_mut(stage.spline).insert(Editable);
     stage.update();
     assert_eq!(stage.legs(), Some(stage.chords()));
+}
+
+#[test]
+fn on_large_surfaces_no_frame_searches_a_control_polygon() {
+    let source = SplineSource::control_points(POSITIONS);
+    let mut stage = Stage::new(Sphere::new(1.0).mesh().uv(128, 64), 4.0 * Vec3::Z, source);
+    let long = Duration::from_secs(1000);
+    stage.app.insert_resource(TraceBudget { per_frame: long, preview_after: long });
+    let before = stage.legs();
+    assert_eq!(before, Some(stage.chords()));
+    let to = surface_of(&stage.app, stage.surface).closest_point(glam::DVec3::new(0.1, 0.1, 1.0)).expect("a place");
+    let edit = SplineEdit::MoveAnchor { anchor: 2, to: to.point };
+    stage.app.world_mut().write_message(EditSpline::new(stage.spline, edit));
+    stage.app.update();
+    assert_ne!(before, Some(stage.chords()));
+    assert_eq!(stage.legs(), before);
+    let (spline, ends) = (stage.spline, stage.chords());
+    assert!(update_until(&mut stage.app, |world| {
+        let polygon = world.get::<ControlPolygon>(spline).expect("a polygon");
+        polygon.legs().map(|leg| [leg[0], leg[leg.len() - 1]]).eq(ends.iter().copied())
+    }));
 }
 
 #[test]

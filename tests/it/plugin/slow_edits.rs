@@ -178,6 +178,31 @@ fn what_comes_after_a_slow_edit_waits_for_it() {
 }
 
 #[test]
+fn a_gesture_whose_name_is_used_again_while_it_waits_loses_no_edit() {
+    let splines = [TraceBudget::UNLIMITED, NO_TIME].map(|budget| {
+        let mut stage = Stage::new(budget, JumpPolicy::Allow);
+        let mut random = Random(7);
+        let gesture = GestureId::next();
+        for _ in 0..10 {
+            for (anchor, ends) in [(1, false), (1, true), (0, true)] {
+                let edit = stage.edit(anchor, &mut random);
+                stage.send(edit, Some(gesture));
+                if ends {
+                    stage.end(gesture, false);
+                }
+                stage.app.update();
+            }
+        }
+        let told =
+            |stage: &Stage| stage.app.world().resource::<Told>().0.iter().filter(|t| *t == "ended false").count();
+        let after = stage.rest();
+        assert_eq!(told(&stage), 20);
+        after
+    });
+    assert!(splines[0] == splines[1]);
+}
+
+#[test]
 fn what_goes_during_a_slow_edit_is_no_trouble() {
     for gone in 0..4 {
         let mut stage = Stage::new(NO_TIME, JumpPolicy::Allow);
