@@ -85,7 +85,7 @@ fn perform(
             Action::Undo | Action::Redo
                 if history.next(matches!(action, Action::Undo)).is_some_and(|s| waiting.contains(s)) =>
             {
-                notices.warn("The last edit is still being computed: undo and redo when it is done.".into());
+                notices.warn("The last edit is still being computed: undo and redo when it is done.");
             }
             Action::Undo => history.undo(&mut commands, &mut edits, &splines, &shelved),
             Action::Redo => history.redo(&mut commands, &mut edits, &splines, &shelved),
