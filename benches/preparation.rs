@@ -42,12 +42,18 @@ fn main() {
     ]);
     let Some(sample) = samples.largest() else { return };
     let (name, mesh) = (sample.name, sample.mesh);
+    let (memory, faces) = (sample.surface.memory(), mesh.faces.len());
     drop(sample.surface);
     let repeats = if arguments.quick { 1 } else { 3 };
     measure(&name, &mesh, samples.records.preparation(&name), repeats, &table);
     let fine = made::refined(&mesh);
     drop(mesh);
     measure(&format!("{name}, refined"), &fine, None, repeats, &table);
+    println!("\nWhat a surface keeps ({name}):\n");
+    let table = Table::new(&["array", "bytes a face"]);
+    for array in memory.arrays {
+        table.row(vec![array.name.to_owned(), format!("{:.1}", array.bytes as f64 / faces as f64)]);
+    }
 }
 
 /// What a build took.
