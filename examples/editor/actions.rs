@@ -63,10 +63,9 @@ fn perform(
     mut actions: MessageReader<Action>,
     (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
     mut slide: Local<Option<GestureId>>,
-    mut history: ResMut<History>,
+    (mut history, mut notices): (ResMut<History>, ResMut<Notices>),
     (mut selection, mut tool): (ResMut<Selection>, ResMut<Tool>),
     (splines, shelved, waiting): (Splines, Query<&curves::Shelved>, Query<(), With<PendingEdit>>),
-    mut notices: ResMut<Notices>,
 ) {
     for action in actions.read() {
         let selected = selection.spline.and_then(|entity| Some((entity, splines.get(entity).ok()?.0)));
