@@ -10,6 +10,8 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod curve;
+#[cfg(feature = "tools")]
+pub mod editor;
 #[cfg(feature = "formats")]
 pub mod format;
 pub mod geodesic;

@@ -2,30 +2,10 @@
 //!
 //! `cargo run --features editor --example editor -- [MESH]`; `--help` says the rest, and `?` in the window shows the keys.
 
-mod actions;
 mod arguments;
-mod camera;
-mod curves;
-mod draw;
-mod help;
-mod history;
-mod keys;
-mod marks;
-mod model;
-mod notices;
-mod panel;
 mod proof;
-mod properties;
 mod samples;
-mod scheme;
 mod script;
-mod selection;
-mod shading;
-mod stage;
-mod statistics;
-mod status;
-mod theme;
-mod tools;
 
 use std::process::ExitCode;
 
@@ -35,6 +15,9 @@ use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::window::{PresentMode, WindowResolution};
 use bevy_egui::EguiPlugin;
+use bevy_surface_splines::editor::{
+    CameraPlugin, FirstModel, ModelPlugin, StagePlugin, StageSettings, SurfaceSplineEditorPlugin,
+};
 use bevy_surface_splines::plugin::DebugDrawPlugin;
 use bevy_surface_splines::prelude::*;
 
@@ -74,6 +57,9 @@ fn run(arguments: Arguments) -> AppExit {
     // A script looks at what it did, not at previews.
     let budget = if scripted { TraceBudget::UNLIMITED } else { TraceBudget::default() };
     App::new()
+        .insert_resource(FirstModel(arguments.mesh.clone()))
+        // A software driver draws several times faster without.
+        .insert_resource(StageSettings { smooth_edges: !scripted })
         .insert_resource(arguments)
         .insert_resource(budget)
         .add_plugins((
@@ -83,9 +69,8 @@ fn run(arguments: Arguments) -> AppExit {
             // The editor draws splines itself.
             SurfaceSplinePlugins.build().disable::<DebugDrawPlugin>(),
         ))
-        .add_plugins((model::plugin, samples::plugin, stage::plugin, camera::plugin, draw::plugin))
-        .add_plugins((selection::plugin, tools::plugin, keys::plugin, actions::plugin, history::plugin))
-        .add_plugins((theme::plugin, notices::plugin, panel::plugin, script::plugin))
+        .add_plugins((SurfaceSplineEditorPlugin, ModelPlugin, CameraPlugin, StagePlugin))
+        .add_plugins((samples::plugin, script::plugin))
         .run()
 }
 

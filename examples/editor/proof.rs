@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use bevy::prelude::*;
-
-use crate::marks::Marks;
-use crate::theme;
+use bevy_surface_splines::editor::colors;
+use bevy_surface_splines::editor::marks::Marks;
 
 /// How near the curve's colour must be, in pixels.
 const NEAR: i32 = 3;
@@ -60,7 +59,7 @@ pub(crate) fn share_of_line_found(picture: &Picture) -> Result<f32, String> {
     if picture.line.len() < FEWEST {
         return Err(format!("only {} places of the curve can be seen", picture.line.len()));
     }
-    let wanted = theme::ACCENT.to_srgba().to_u8_array();
+    let wanted = colors::ACCENT.to_srgba().to_u8_array();
     let has_color = |x: i32, y: i32| {
         let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return false };
         let Some(pixel) = pixels.get_pixel_checked(x, y) else { return false };
@@ -111,7 +110,7 @@ mod tests {
     /// A grey picture of 64 × 64 with a horizontal line of the accent colour at half height.
     fn picture(line: Vec<Vec2>) -> Picture {
         let size = Extent3d { width: 64, height: 64, depth_or_array_layers: 1 };
-        let accent = theme::ACCENT.to_srgba().to_u8_array();
+        let accent = colors::ACCENT.to_srgba().to_u8_array();
         let pixel = |i: u32| if i / 64 == 32 { accent } else { [90, 90, 90, 255] };
         let bytes = (0..64 * 64).flat_map(pixel).collect();
         let format = TextureFormat::Rgba8UnormSrgb;

@@ -4,33 +4,27 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 
 use bevy::prelude::*;
 use bevy_surface_splines::curve::Spline;
+use bevy_surface_splines::editor::{CurveSpawner, Model, ModelOpened, Notices, Orbit, Selection};
 use bevy_surface_splines::geodesic::PathFinder;
 use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::Surface;
 
 use crate::arguments::Arguments;
-use crate::camera::Orbit;
-use crate::curves::{self, NextNumber};
-use crate::model::{Model, ModelOpened};
-use crate::notices::Notices;
-use crate::selection::Selection;
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<NextNumber>().add_observer(spawn_samples);
+    app.add_observer(spawn_samples);
 }
 
 fn spawn_samples(
     opened: On<ModelOpened>,
-    mut commands: Commands,
+    mut spawner: CurveSpawner,
     arguments: Res<Arguments>,
     models: Query<(&Model, &BuiltSurface, &Transform)>,
-    mut next: ResMut<NextNumber>,
     mut selection: ResMut<Selection>,
     mut notices: ResMut<Notices>,
 ) {
     let Ok((model, surface, transform)) = models.get(opened.entity) else { return };
-    *next = NextNumber::default();
-    *selection = Selection::default();
+    selection.clear();
     let mut finder = PathFinder::default();
     let samples = if model.bundled {
         pebble_samples(model, surface, &mut finder)
@@ -42,8 +36,10 @@ fn spawn_samples(
     for (name, sample) in samples {
         match sample {
             Ok(spline) => {
-                let entity = curves::spawn(&mut commands, &mut next, opened.entity, Some(name), spline);
-                selection.spline.get_or_insert(entity);
+                let entity = spawner.spawn(opened.entity, Some(name), spline);
+                if selection.is_empty() {
+                    selection.select(entity);
+                }
             }
             Err(reason) => notices.warn(format!("The sample {name} could not be made: {reason}")),
         }
@@ -63,7 +59,7 @@ fn pebble_samples(model: &Model, surface: &Surface, finder: &mut PathFinder) -> 
     vec![
         ("Wave (smooth)", Spline::smooth_through(surface, finder, &wave, false).map_err(|e| text(&e))),
         ("Ring (closed)", Spline::smooth_through(surface, finder, &ring, true).map_err(|e| text(&e))),
-        ("Zigzag (corners)", curves::corners(surface, finder, &zigzag).map_err(|e| text(&e))),
+        ("Zigzag (corners)", Spline::corners_through(surface, finder, &zigzag, false).map_err(|e| text(&e))),
     ]
 }
 

@@ -11,17 +11,13 @@ use bevy::input::mouse::MouseButtonInput;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy::window::{CursorMoved, PrimaryWindow, WindowEvent};
+use bevy_surface_splines::editor::marks::{MarkKind, Marks};
+use bevy_surface_splines::editor::{Curve, FreeView, Model, ModelRefused, Orbit, Selection, sphere_around};
 use bevy_surface_splines::plugin::Picker;
 use bevy_surface_splines::prelude::*;
 
 use crate::arguments::Arguments;
-use crate::camera::{Orbit, sphere_around};
-use crate::curves::Curve;
-use crate::marks::{MarkKind, Marks};
-use crate::model::{Model, ModelRefused};
-use crate::panel::Layout;
 use crate::proof::{self, Picture};
-use crate::selection::Selection;
 
 /// Frames that panels and camera get to come to rest.
 const SETTLE: u32 = 4;
@@ -82,7 +78,7 @@ struct Stage<'w, 's> {
     cameras: Query<'w, 's, (Entity, &'static mut Orbit)>,
     windows: Query<'w, 's, Entity, With<PrimaryWindow>>,
     selection: Res<'w, Selection>,
-    layout: Res<'w, Layout>,
+    free: Res<'w, FreeView>,
     events: MessageWriter<'w, WindowEvent>,
 }
 
@@ -209,8 +205,8 @@ fn drag_steps(from: Vec2, to: Vec2) -> Vec<Step> {
 
 impl Stage<'_, '_> {
     fn is_ready(&self) -> bool {
-        let traced = self.selection.spline.is_some_and(|spline| self.traces.contains(spline));
-        traced && self.layout.free.is_some() && !self.controls.is_empty()
+        let traced = self.selection.spline().is_some_and(|spline| self.traces.contains(spline));
+        traced && self.free.0.is_some() && !self.controls.is_empty()
     }
 
     fn move_to(&mut self, position: Vec2) -> Result<(), String> {
@@ -229,12 +225,12 @@ impl Stage<'_, '_> {
     /// Where the curve of the selected spline must be seen now.
     fn line(&self) -> Result<Vec<Vec2>, String> {
         let (model, positions) = self.curve()?;
-        Ok(proof::visible_line(&self.marks, model, positions.into_iter(), self.layout.free.unwrap_or_default()))
+        Ok(proof::visible_line(&self.marks, model, positions.into_iter(), self.free.0.unwrap_or_default()))
     }
 
     /// The curve of the selected spline in the world, and the model it lies on.
     fn curve(&self) -> Result<(Entity, Vec<Vec3>), String> {
-        let selected = self.selection.spline.and_then(|spline| self.traces.get(spline).ok());
+        let selected = self.selection.spline().and_then(|spline| self.traces.get(spline).ok());
         let (trace, on) = selected.ok_or("there is no curve to look at")?;
         let view = self.surfaces.get(on.0).ok_or("the curve's surface is gone")?;
         Ok((on.0, trace.polyline().iter().map(|p| view.to_world().transform_point3(*p)).collect()))
@@ -252,9 +248,9 @@ impl Stage<'_, '_> {
 
     /// An anchor that can be grabbed where it is seen, and somewhere else on its sheet to drag it to.
     fn find_drag(&self) -> Result<(Vec2, Vec2), String> {
-        let free = self.layout.free.unwrap_or_default().inflate(-20.0);
+        let free = self.free.0.unwrap_or_default().inflate(-20.0);
         let (camera, _) = self.cameras.single().map_err(|error| error.to_string())?;
-        let selected = self.selection.spline.and_then(|spline| Some((spline, self.traces.get(spline).ok()?.1.0)));
+        let selected = self.selection.spline().and_then(|spline| Some((spline, self.traces.get(spline).ok()?.1.0)));
         let (spline, model) = selected.ok_or("there is no curve to drag")?;
         let surface = self.surfaces.get(model).ok_or("the curve's surface is gone")?;
         let sheet = |pixel| {

@@ -258,19 +258,7 @@ impl Spline {
         points: &[SurfacePoint],
         closed: bool,
     ) -> Result<Self, SplineError> {
-        let mut distinct: Vec<SurfacePoint> = Vec::with_capacity(points.len());
-        for p in points {
-            surface.inner_point(p)?;
-            if distinct.last().is_none_or(|last| !surface.same_place(last, p)) {
-                distinct.push(*p);
-            }
-        }
-        while closed && distinct.len() > 1 && surface.same_place(&distinct[0], &distinct[distinct.len() - 1]) {
-            distinct.pop();
-        }
-        if distinct.len() < 2 {
-            return Err(SplineError::TooFewPoints { distinct: distinct.len() });
-        }
+        let distinct = distinct_points(surface, points, closed)?;
         let anchors: Result<Vec<_>, _> = distinct.iter().map(|p| handles::bare_anchor(surface, *p)).collect();
         let mut spline = Self { anchors: anchors?, closed, scheme: Scheme::default(), jumps: JumpPolicy::default() };
         for i in 0..spline.anchors.len() {
@@ -278,6 +266,28 @@ impl Spline {
             spline.anchors[i].join = Join::Smooth;
         }
         Ok(spline)
+    }
+
+    /// Makes a spline of corners: its segments are the shortest paths between consecutive points.
+    ///
+    /// Points that repeat their predecessor are left out.
+    ///
+    /// Interpolation: passes through all points. Continuity: C⁰. Locality: a point affects the segments on either side.
+    ///
+    /// # Errors
+    /// As [`smooth_through`](Self::smooth_through).
+    pub fn corners_through(
+        surface: &Surface,
+        finder: &mut PathFinder,
+        points: &[SurfacePoint],
+        closed: bool,
+    ) -> Result<Self, SplineError> {
+        let distinct = distinct_points(surface, points, closed)?;
+        for pair in distinct.windows(2) {
+            finder.shortest(surface, &pair[0], &pair[1])?; // a spline that cannot be traced is no spline
+        }
+        let anchors: Result<Vec<_>, _> = distinct.iter().map(|p| handles::bare_anchor(surface, *p)).collect();
+        Ok(Self { anchors: anchors?, closed, scheme: Scheme::default(), jumps: JumpPolicy::default() })
     }
 
     /// The same spline traced in another way.
@@ -343,4 +353,22 @@ impl Spline {
         let after = if anchor + 1 < n { Some(anchor + 1) } else { (self.closed && n > 1).then_some(0) };
         (before, after)
     }
+}
+
+/// Points without those that repeat their predecessor.
+fn distinct_points(surface: &Surface, points: &[SurfacePoint], closed: bool) -> Result<Vec<SurfacePoint>, SplineError> {
+    let mut distinct: Vec<SurfacePoint> = Vec::with_capacity(points.len());
+    for p in points {
+        surface.inner_point(p)?;
+        if distinct.last().is_none_or(|last| !surface.same_place(last, p)) {
+            distinct.push(*p);
+        }
+    }
+    while closed && distinct.len() > 1 && surface.same_place(&distinct[0], &distinct[distinct.len() - 1]) {
+        distinct.pop();
+    }
+    if distinct.len() < 2 {
+        return Err(SplineError::TooFewPoints { distinct: distinct.len() });
+    }
+    Ok(distinct)
 }

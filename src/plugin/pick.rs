@@ -29,11 +29,13 @@ pub struct SplinePickingSettings {
     pub grab_radius: f32,
     /// Whether things behind a surface can be grabbed.
     pub see_through: bool,
+    /// The control point, by spline and kind, that is grabbed before all others that are near enough.
+    pub preferred: Option<(Entity, ControlKind)>,
 }
 
 impl Default for SplinePickingSettings {
     fn default() -> Self {
-        Self { grab_radius: 12.0, see_through: false }
+        Self { grab_radius: 12.0, see_through: false, preferred: None }
     }
 }
 
@@ -115,11 +117,61 @@ impl Picker<'_, '_> {
         self.queries.get(surface)?.ray(self.ray(camera, pixel)?)
     }
 
-    /// The control point that a press at a pixel grabs.
+    /// The surface that is nearest to the eye under a pixel, and where.
+    pub fn nearest_surface_under(&self, camera: Entity, pixel: Vec2) -> Option<(Entity, WorldHit)> {
+        let ray = self.ray(camera, pixel)?;
+        let hits = self.surfaces.iter().filter_map(|entity| Some((entity, self.queries.get(entity)?.ray(ray)?)));
+        hits.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))
+    }
+
+    /// The control point that a press at a pixel grabs: the one that is preferred ([`SplinePickingSettings::preferred`]), if it is
+    /// there, or else the first of [`controls_under`](Self::controls_under).
     pub fn control_under(&self, camera: Entity, pixel: Vec2) -> Option<Entity> {
-        let eye = Eye::new(self, camera)?;
-        let grabs = self.grabbed_controls(&eye, pixel);
-        grabs.into_iter().max_by(|a, b| a.kind.cmp(&b.kind).then(b.depth.total_cmp(&a.depth))).map(|grab| grab.entity)
+        let grabs = self.controls_under(camera, pixel);
+        let is_preferred = |entity: &&Entity| {
+            let control = self.controls.get(**entity).ok().map(|(_, control)| (control.spline, control.kind));
+            control.is_some() && control == self.settings.preferred
+        };
+        grabs.iter().find(is_preferred).or(grabs.first()).copied()
+    }
+
+    /// All control points near a pixel: handles before anchors, and of those the nearest to the eye first.
+    pub fn controls_under(&self, camera: Entity, pixel: Vec2) -> Vec<Entity> {
+        let Some(eye) = Eye::new(self, camera) else { return Vec::new() };
+        let mut grabs = self.grabbed_controls(&eye, pixel);
+        grabs.sort_by(|a, b| b.kind.cmp(&a.kind).then(a.depth.total_cmp(&b.depth)).then(a.entity.cmp(&b.entity)));
+        grabs.into_iter().map(|grab| grab.entity).collect()
+    }
+
+    /// All curves that can be picked near a pixel, the nearest to the eye first.
+    pub fn curves_under(&self, camera: Entity, pixel: Vec2) -> Vec<(Entity, CurveHit)> {
+        let Some(eye) = Eye::new(self, camera) else { return Vec::new() };
+        let mut grabs = self.grabbed_curves(&eye, pixel);
+        // Of equals the older first: which one must not depend on what else they are.
+        grabs.sort_by(|a, b| a.0.depth.total_cmp(&b.0.depth).then(a.0.entity.cmp(&b.0.entity)));
+        grabs.into_iter().map(|(grab, hit)| (grab.entity, hit)).collect()
+    }
+
+    /// The anchors of splines that can be picked, as far as they are seen in a part of the window (logical pixels): each with
+    /// its spline.
+    pub fn anchors_in(&self, camera: Entity, part: Rect) -> Vec<(Entity, u32)> {
+        let Some(eye) = Eye::new(self, camera) else { return Vec::new() };
+        let mut found = Vec::new();
+        for (entity, ..) in &self.curves {
+            let Some((spline, view)) =
+                self.splines.get(entity).ok().and_then(|(s, on)| Some((s, self.queries.get(on.0)?)))
+            else {
+                continue;
+            };
+            for (index, anchor) in (0..).zip(spline.anchors()) {
+                let position = view.position(anchor.point());
+                let inside = eye.pixel(position).is_some_and(|at| part.contains(at));
+                if inside && self.visible_depth(&eye, position).is_some() {
+                    found.push((entity, index));
+                }
+            }
+        }
+        found
     }
 
     /// The pixel at which a control point appears.

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "formats")]
 mod corpus;
+#[cfg(feature = "tools")]
+mod editor;
 #[cfg(feature = "formats")]
 mod formats;
 #[cfg(feature = "bevy")]

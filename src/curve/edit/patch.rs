@@ -38,6 +38,18 @@ impl SplinePatch {
             jumps: to.jumps,
         }
     }
+
+    /// Whether every anchor outside of the range keeps its number.
+    #[cfg(feature = "tools")]
+    pub(crate) fn keeps_numbers(&self) -> bool {
+        self.remove as usize == self.insert.len()
+    }
+
+    /// The anchors it puts in.
+    #[cfg(feature = "tools")]
+    pub(crate) fn anchors(&self) -> &[Anchor] {
+        &self.insert
+    }
 }
 
 /// Hashes every bit of a spline, so that a patch knows the version it was made for.

@@ -104,7 +104,7 @@ fn same_segment(a: &Spline, b: &Spline, i: usize) -> bool {
 }
 
 /// All numbers of a trace, bit for bit.
-pub(super) fn bits(trace: &Trace) -> Vec<u64> {
+pub(crate) fn bits(trace: &Trace) -> Vec<u64> {
     fn point(p: &SurfacePoint, out: &mut Vec<u64>) {
         out.push(u64::from(p.face.0));
         out.extend(p.weights.map(f64::to_bits));

@@ -2,7 +2,7 @@
 
 mod b_splines;
 mod curves;
-mod drags;
+pub(crate) mod drags;
 mod jumps;
 #[cfg(feature = "formats")]
 mod large_meshes;
@@ -18,7 +18,7 @@ use bevy_surface_splines::plugin::testing::{headless_app, update_until};
 use bevy_surface_splines::prelude::*;
 
 /// Small, seeded random numbers (splitmix64).
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     fn next(&mut self) -> u64 {
@@ -30,16 +30,16 @@ impl Random {
     }
 
     /// From 0 to 1.
-    fn share(&mut self) -> f32 {
+    pub(crate) fn share(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 24) as f32
     }
 
     /// From −1 to 1.
-    fn signed(&mut self) -> f32 {
+    pub(crate) fn signed(&mut self) -> f32 {
         2.0 * self.share() - 1.0
     }
 
-    fn below(&mut self, n: u32) -> u32 {
+    pub(crate) fn below(&mut self, n: u32) -> u32 {
         (self.next() % u64::from(n)) as u32
     }
 }

@@ -4,22 +4,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Color32, CornerRadius, Frame, Margin, Stroke, Visuals};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
-/// Selected curves and marks; nothing else has this colour.
-pub(crate) const ACCENT: Color = Color::srgb(1.0, 0.56, 0.08);
-/// Curves that are not selected, in turn.
-pub(crate) const CURVES: [Color; 5] = [
-    Color::srgb(0.16, 0.75, 0.72),
-    Color::srgb(0.86, 0.36, 0.62),
-    Color::srgb(0.47, 0.72, 0.27),
-    Color::srgb(0.42, 0.55, 0.96),
-    Color::srgb(0.76, 0.65, 0.26),
-];
-/// Things behind the model keep this share of their opacity.
-pub(crate) const BEHIND: f32 = 0.25;
-/// Curves that are being traced keep this share of theirs.
-pub(crate) const PREVIEW: f32 = 0.5;
-/// How far things under the pointer go towards white.
-pub(crate) const HOVER: f32 = 0.45;
+use crate::editor::colors::ACCENT;
 
 pub(crate) const INFO: Color32 = Color32::from_rgb(120, 170, 230);
 pub(crate) const WARNING: Color32 = Color32::from_rgb(240, 185, 70);
@@ -29,11 +14,6 @@ const EDGE: Color32 = Color32::from_rgb(58, 63, 73);
 
 pub(crate) fn plugin(app: &mut App) {
     app.add_systems(EguiPrimaryContextPass, set_style.run_if(run_once));
-}
-
-/// The colour of something under the pointer.
-pub(crate) fn hovered(color: Color) -> Color {
-    color.mix(&Color::WHITE, HOVER)
 }
 
 pub(crate) fn egui_color(color: Color, opacity: f32) -> Color32 {

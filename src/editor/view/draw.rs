@@ -3,17 +3,17 @@
 //!
 //! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
 
+use crate::curve::HandleSide;
+use crate::geodesic::GeodesicPath;
+use crate::prelude::*;
 use bevy::ecs::query::QueryData;
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::PointerId;
 use bevy::prelude::*;
-use bevy_surface_splines::curve::HandleSide;
-use bevy_surface_splines::geodesic::GeodesicPath;
-use bevy_surface_splines::prelude::*;
 
-use crate::curves::Curve;
-use crate::selection::Selection;
-use crate::theme;
+use crate::editor::colors;
+use crate::editor::curves::Curve;
+use crate::editor::selection::Selection;
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
 const ON_TOP: f32 = -0.0007;
@@ -82,15 +82,15 @@ fn draw_curves(
     hover: Res<HoverMap>,
 ) {
     for (entity, shown, on, curve) in &curves {
-        let Some(view) = surfaces.get(on.0) else { continue };
-        let own = curve.map_or(theme::CURVES[0], |curve| curve.color);
-        let color = if selection.spline == Some(entity) { theme::ACCENT } else { own };
-        let color = color.with_alpha(if shown.preview.is_some() { theme::PREVIEW } else { 1.0 });
+        let Some(view) = surfaces.get(on.0).filter(|_| curve.is_none_or(|curve| !curve.hidden)) else { continue };
+        let own = curve.map_or(colors::CURVES[0], |curve| curve.color);
+        let color = if selection.has_spline(entity) { colors::ACCENT } else { own };
+        let color = color.with_alpha(if shown.preview.is_some() { colors::PREVIEW } else { 1.0 });
         for piece in shown.pieces() {
             let line: Vec<Vec3> = piece.iter().map(|p| view.to_world().transform_point3(*p)).collect();
-            faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND * color.alpha()));
+            faint.linestrip(line.iter().copied(), color.with_alpha(colors::BEHIND * color.alpha()));
             if is_hovered(&hover, entity) {
-                wide.linestrip(line, theme::hovered(color));
+                wide.linestrip(line, colors::hovered(color));
             } else {
                 plain.linestrip(line, color);
             }
@@ -103,7 +103,7 @@ fn draw_legs(
     surfaces: SurfaceQueries,
     splines: Query<(&SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
 ) {
-    let color = theme::ACCENT.mix(&Color::WHITE, 0.55);
+    let color = colors::ACCENT.mix(&Color::WHITE, 0.55);
     for (spline, on, polygon) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
         let handles = ControlKind::all(spline).into_iter().filter_map(|kind| shown_leg(spline, kind));
@@ -111,7 +111,7 @@ fn draw_legs(
         let polygon = polygon.into_iter().flat_map(|polygon| polygon.legs()).map(<[Vec3]>::to_vec);
         for local in handles.chain(polygon) {
             let line: Vec<Vec3> = local.iter().map(|p| view.to_world().transform_point3(*p)).collect();
-            faint.linestrip(line.iter().copied(), color.with_alpha(theme::BEHIND));
+            faint.linestrip(line.iter().copied(), color.with_alpha(colors::BEHIND));
             plain.linestrip(line, color);
         }
     }

@@ -1,17 +1,20 @@
 //! Anchors and handles of the selected spline, as marks of constant size on the screen: squares for corners, discs for other
 //! anchors, small discs for handles.
 
+use crate::prelude::*;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::hover::HoverMap;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Color32, CornerRadius, Pos2, Stroke, StrokeKind};
-use bevy_surface_splines::prelude::*;
 
-use crate::camera::Orbit;
-use crate::draw::{is_hovered, shown_leg};
-use crate::selection::Selection;
-use crate::theme;
-use crate::tools::PenStart;
+use super::theme;
+use crate::editor::camera::Orbit;
+use crate::editor::colors;
+use crate::editor::selection::Selection;
+use crate::editor::tools::insert::InsertPreview;
+use crate::editor::tools::pen::PenStart;
+use crate::editor::tools::select::BoxSelection;
+use crate::editor::view::draw::{is_hovered, shown_leg};
 
 const ANCHOR: f32 = 9.0;
 const HANDLE: f32 = 7.0;
@@ -20,36 +23,46 @@ const BEHIND: f64 = 2e-3;
 
 /// What marks are made from.
 #[derive(SystemParam)]
-pub(crate) struct Marks<'w, 's> {
+pub struct Marks<'w, 's> {
     cameras: Query<'w, 's, (&'static Camera, &'static Transform), With<Orbit>>,
     surfaces: SurfaceQueries<'w, 's>,
-    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface, Option<&'static PendingEdit>)>,
+    editable: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface, Option<&'static PendingEdit>), With<Editable>>,
+    places: Query<'w, 's, &'static OnSurface>,
     controls: Query<'w, 's, (Entity, &'static ControlPoint)>,
     selection: Res<'w, Selection>,
     pen: Res<'w, PenStart>,
+    insert: Res<'w, InsertPreview>,
+    boxed: Res<'w, BoxSelection>,
     hover: Res<'w, HoverMap>,
 }
 
 /// A mark on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Mark {
-    pub(crate) at: Vec2,
-    pub(crate) kind: MarkKind,
-    pub(crate) visible: bool,
+pub struct Mark {
+    /// Its middle, in logical pixels.
+    pub at: Vec2,
+    /// What it stands for.
+    pub kind: MarkKind,
+    /// Whether the model does not hide it.
+    pub visible: bool,
     selected: bool,
     hovered: bool,
 }
 
+/// What a mark stands for; anchors by their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum MarkKind {
+pub enum MarkKind {
+    /// An anchor that is a corner.
     Corner(u32),
+    /// Any other anchor.
     Smooth(u32),
+    /// A handle.
     Handle,
 }
 
 impl Mark {
     /// Half its width.
-    pub(crate) fn radius(&self) -> f32 {
+    pub fn radius(&self) -> f32 {
         let size = if self.kind == MarkKind::Handle { HANDLE } else { ANCHOR };
         0.5 * size + if self.hovered { 0.5 } else { 0.0 }
     }
@@ -57,22 +70,24 @@ impl Mark {
 
 impl Marks<'_, '_> {
     /// The marks of the selected spline and of the pen, handles before anchors.
-    pub(crate) fn all(&self) -> Vec<Mark> {
-        let mut marks = self.of_selected().unwrap_or_default();
+    pub fn all(&self) -> Vec<Mark> {
+        let mut marks: Vec<Mark> =
+            self.selection.splines().iter().filter_map(|spline| self.of_spline(*spline)).flatten().collect();
         marks.extend(self.of_pen());
+        marks.extend(self.of_insert());
         // Painted in this order: anchors on top.
         marks.sort_by_key(|mark| mark.kind != MarkKind::Handle);
         marks
     }
 
-    fn of_selected(&self) -> Option<Vec<Mark>> {
-        let entity = self.selection.spline?;
-        let (spline, on, pending) = self.splines.get(entity).ok()?;
+    fn of_spline(&self, entity: Entity) -> Option<Vec<Mark>> {
+        let (spline, on, pending) = self.editable.get(entity).ok()?;
+        let mut controls = self.controls.iter().filter(|(_, control)| control.spline == entity);
+        let hovered = controls.find(|(control, _)| is_hovered(&self.hover, *control)).map(|(_, control)| control.kind);
         let mark = |kind: ControlKind| {
             let mut mark = self.mark(on.0, &kind.shown(spline, pending)?, self.kind(spline, kind)?)?;
-            mark.selected = matches!(kind, ControlKind::Anchor(anchor) if self.selection.anchor == Some(anchor));
-            let control = self.controls.iter().find(|(_, c)| c.spline == entity && c.kind == kind);
-            mark.hovered = control.is_some_and(|(control, _)| is_hovered(&self.hover, control));
+            mark.selected = matches!(kind, ControlKind::Anchor(anchor) if self.selection.has_anchor(entity, anchor));
+            mark.hovered = hovered == Some(kind);
             Some(mark)
         };
         Some(ControlKind::all(spline).into_iter().filter_map(mark).collect())
@@ -89,9 +104,19 @@ impl Marks<'_, '_> {
         })
     }
 
-    fn of_pen(&self) -> Option<Mark> {
-        let (on, point) = self.pen.0?;
-        Some(Mark { selected: true, ..self.mark(on, &point, MarkKind::Corner(0))? })
+    /// The first point of a spline that is not there yet, and the handle that is pulled out of it.
+    fn of_pen(&self) -> Vec<Mark> {
+        let Some(first) = self.pen.0 else { return Vec::new() };
+        let kind = if first.handle.is_some() { MarkKind::Smooth(0) } else { MarkKind::Corner(0) };
+        let anchor = self.mark(first.on, &first.at, kind).map(|mark| Mark { selected: true, ..mark });
+        let handle = first.handle.and_then(|handle| self.mark(first.on, &handle, MarkKind::Handle));
+        anchor.into_iter().chain(handle).collect()
+    }
+
+    /// Where a click would insert an anchor.
+    fn of_insert(&self) -> Option<Mark> {
+        let (spline, point) = self.insert.0?;
+        Some(Mark { hovered: true, ..self.mark(self.places.get(spline).ok()?.0, &point, MarkKind::Smooth(0))? })
     }
 
     fn mark(&self, on: Entity, point: &SurfacePoint, kind: MarkKind) -> Option<Mark> {
@@ -101,13 +126,13 @@ impl Marks<'_, '_> {
     }
 
     /// Where a position appears, in logical pixels.
-    pub(crate) fn pixel(&self, position: Vec3) -> Option<Vec2> {
+    pub fn pixel(&self, position: Vec3) -> Option<Vec2> {
         let (camera, transform) = self.cameras.single().ok()?;
         camera.world_to_viewport(&GlobalTransform::from(*transform), position).ok()
     }
 
     /// Whether the surface does not hide a position on it.
-    pub(crate) fn is_visible(&self, on: Entity, position: Vec3) -> bool {
+    pub fn is_visible(&self, on: Entity, position: Vec3) -> bool {
         let seen = || {
             let (_, camera) = self.cameras.single().ok()?;
             let view = self.surfaces.get(on)?;
@@ -120,12 +145,17 @@ impl Marks<'_, '_> {
     }
 }
 
-/// Paints the marks under all panels.
+/// Paints the marks, and the box that is drawn, under all panels.
 pub(crate) fn paint(ctx: &egui::Context, marks: &Marks) {
     let painter = ctx.layer_painter(egui::LayerId::background());
+    if let Some(part) = marks.boxed.0 {
+        let part = egui::Rect::from_min_max(egui::pos2(part.min.x, part.min.y), egui::pos2(part.max.x, part.max.y));
+        let edge = Stroke::new(1.0, theme::egui_color(colors::ACCENT, 1.0));
+        painter.rect(part, CornerRadius::ZERO, theme::egui_color(colors::ACCENT, 0.08), edge, StrokeKind::Inside);
+    }
     for mark in marks.all() {
-        let opacity = if mark.visible { 1.0 } else { theme::BEHIND };
-        let accent = if mark.hovered { theme::hovered(theme::ACCENT) } else { theme::ACCENT };
+        let opacity = if mark.visible { 1.0 } else { colors::BEHIND };
+        let accent = if mark.hovered { colors::hovered(colors::ACCENT) } else { colors::ACCENT };
         let accent = theme::egui_color(accent, opacity);
         let white = theme::egui_color(Color::WHITE, opacity);
         let dark = Color32::from_black_alpha((150.0 * opacity) as u8);

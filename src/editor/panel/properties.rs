@@ -1,15 +1,15 @@
 //! The panel's section about what is selected.
 
+use crate::prelude::*;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
-use bevy_surface_splines::prelude::*;
 use glam::DVec3;
 
-use crate::actions::Action;
-use crate::model::Model;
-use crate::scheme;
-use crate::selection::Selection;
+use super::scheme;
+use crate::editor::actions::EditorAction;
+use crate::editor::model::Model;
+use crate::editor::selection::Selection;
 
 const JOINS: [(Join, &str, &str); 4] = [
     (Join::Corner, "Corner", "The handles are independent"),
@@ -36,13 +36,13 @@ pub(crate) struct Properties<'w, 's> {
     models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
 }
 
-pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut MessageWriter<Action>) {
-    let selected = properties.selection.spline.and_then(|entity| properties.splines.get(entity).ok());
+pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut MessageWriter<EditorAction>) {
+    let selected = properties.selection.spline().and_then(|entity| properties.splines.get(entity).ok());
     let Some((spline, on)) = selected else {
         ui.label(egui::RichText::new("Nothing is selected").weak());
         return;
     };
-    let anchor = properties.selection.anchor.and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
+    let anchor = properties.selection.anchor().and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
     egui::Grid::new("properties").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
         scheme::show(ui, spline.scheme(), actions);
         if !spline.scheme().method.is_b_spline() {
@@ -67,13 +67,13 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
     }
 }
 
-fn show_jumps(ui: &mut egui::Ui, jumps: JumpPolicy, actions: &mut MessageWriter<Action>) {
+fn show_jumps(ui: &mut egui::Ui, jumps: JumpPolicy, actions: &mut MessageWriter<EditorAction>) {
     let name = JUMPS.iter().find(|(policy, ..)| *policy == jumps).map_or("", |(_, name, _)| name);
     ui.label("Jumps");
     egui::ComboBox::from_id_salt("jumps").selected_text(name).width(150.0).show_ui(ui, |ui| {
         for (policy, name, meaning) in JUMPS {
             if ui.selectable_label(policy == jumps, name).on_hover_text(meaning).clicked() {
-                actions.write(Action::SetJumps(policy));
+                actions.write(EditorAction::SetJumps(policy));
             }
         }
     });
@@ -89,13 +89,13 @@ fn show_position(ui: &mut egui::Ui, position: DVec3) {
     });
 }
 
-fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<Action>) {
+fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<EditorAction>) {
     let name = JOINS.iter().find(|(kind, ..)| *kind == join).map_or("", |(_, name, _)| name);
     ui.label("Join  C");
     egui::ComboBox::from_id_salt("join").selected_text(name).width(140.0).show_ui(ui, |ui| {
         for (other, name, meaning) in JOINS {
             if ui.selectable_label(other == join, name).on_hover_text(meaning).clicked() {
-                actions.write(Action::SetJoin(other));
+                actions.write(EditorAction::SetJoin(other));
             }
         }
     });

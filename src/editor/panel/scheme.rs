@@ -1,11 +1,11 @@
 //! The rows about a spline's scheme: method, sampling, and how fine.
 
+use crate::prelude::*;
 use bevy::prelude::*;
 use bevy_egui::egui;
-use bevy_surface_splines::prelude::*;
 
-use crate::actions::Action;
-use crate::properties::significant;
+use super::properties::significant;
+use crate::editor::actions::EditorAction;
 
 /// The method's name, and what one should know of it.
 const METHODS: [(Method, &str); 6] = [
@@ -17,13 +17,13 @@ const METHODS: [(Method, &str); 6] = [
     (Method::CentreOfMass, "For comparison: breaks on large control polygons, slow"),
 ];
 
-pub(crate) fn show(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<Action>) {
+pub(crate) fn show(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<EditorAction>) {
     ui.label("Scheme");
     egui::ComboBox::from_id_salt("scheme").selected_text(scheme.method.name()).width(150.0).show_ui(ui, |ui| {
         for (method, meaning) in METHODS {
             let label = ui.selectable_label(method == scheme.method, method.name()).on_hover_text(meaning);
             if label.clicked() && method != scheme.method {
-                actions.write(Action::SetScheme(with_method(scheme, method)));
+                actions.write(EditorAction::SetScheme(with_method(scheme, method)));
             }
         }
     });
@@ -42,25 +42,25 @@ pub(crate) fn show(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWrite
         let meaning =
             "Else the trace is a refined control polygon: more points for the work, but further from the curve";
         if ui.checkbox(&mut on_curve, "Points on the curve").on_hover_text(meaning).changed() {
-            actions.write(Action::SetScheme(Scheme { on_curve, ..scheme }));
+            actions.write(EditorAction::SetScheme(Scheme { on_curve, ..scheme }));
         }
         ui.end_row();
     }
 }
 
-fn show_sampling(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<Action>) {
+fn show_sampling(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<EditorAction>) {
     ui.label("Sampling");
     ui.horizontal(|ui| {
         let adaptive = matches!(scheme.sampling, Sampling::Adaptive { .. });
         let levels = ui.selectable_label(matches!(scheme.sampling, Sampling::Levels(_)), "Levels");
         if levels.on_hover_text("Every segment is halved as often").clicked() {
-            actions.write(Action::SetScheme(Scheme { sampling: Scheme::of(scheme.method).sampling, ..scheme }));
+            actions.write(EditorAction::SetScheme(Scheme { sampling: Scheme::of(scheme.method).sampling, ..scheme }));
         }
         // Schemes for comparison have no pieces that could be halved.
         let button = egui::Button::selectable(adaptive, "Adaptive");
         let button = ui.add_enabled(!scheme.method.is_for_comparison(), button);
         if button.on_hover_text("Halved where the curve turns").clicked() && !adaptive {
-            actions.write(Action::SetScheme(scheme.adaptive()));
+            actions.write(EditorAction::SetScheme(scheme.adaptive()));
         }
     });
     ui.end_row();
@@ -88,12 +88,12 @@ fn show_sampling(ui: &mut egui::Ui, scheme: Scheme, actions: &mut MessageWriter<
 }
 
 /// A slider's whole way is one step of the history.
-fn slide(slider: &egui::Response, scheme: Scheme, actions: &mut MessageWriter<Action>) {
+fn slide(slider: &egui::Response, scheme: Scheme, actions: &mut MessageWriter<EditorAction>) {
     if slider.changed() {
-        actions.write(Action::SlideScheme(scheme));
+        actions.write(EditorAction::SlideScheme(scheme));
     }
     if slider.drag_stopped() || (slider.changed() && !slider.dragged()) {
-        actions.write(Action::EndSlide);
+        actions.write(EditorAction::EndSlide);
     }
 }
 

@@ -1,14 +1,15 @@
 //! The status line: what the tool expects next.
 
+use crate::prelude::*;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
-use bevy_surface_splines::prelude::*;
 
-use crate::model::Model;
-use crate::selection::Selection;
-use crate::theme;
-use crate::tools::{PenStart, Tool};
+use super::theme;
+use crate::editor::model::Model;
+use crate::editor::selection::Selection;
+use crate::editor::tools::Tool;
+use crate::editor::tools::pen::PenStart;
 
 const HEIGHT: f32 = 30.0;
 
@@ -26,6 +27,10 @@ pub(crate) struct Status<'w, 's> {
 }
 
 impl Status<'_, '_> {
+    pub(crate) fn tool(&self) -> Tool {
+        *self.tool
+    }
+
     /// What the tool expects next, and whether curves are on their way.
     fn text(&self) -> String {
         let is_tracing = self.under_way.iter().any(|(state, pending)| pending || *state == SplineState::Tracing);
@@ -49,21 +54,29 @@ impl Status<'_, '_> {
             };
             return format!("Dragging {what}: release to keep, Escape to take back");
         }
-        let spline = self.selection.spline.and_then(|entity| self.splines.get(entity).ok());
+        let spline = self.selection.spline().and_then(|entity| self.splines.get(entity).ok());
         match (*self.tool, spline) {
-            (Tool::Pen, _) if self.pen.0.is_some() => "Click on the model: the second point of the spline",
+            (Tool::Pen, _) if self.pen.0.is_some() => "Click on the model: the second point · drag for a smooth one",
             (Tool::Pen, Some(spline)) if !spline.is_closed() => {
-                "Click on the model to add an anchor at the end · Enter or Escape ends"
+                "Click adds a corner, drag a smooth anchor · click the first anchor to close · Enter ends"
             }
-            (Tool::Pen, _) => "Click on the model to begin a spline · Enter or Escape ends",
+            (Tool::Pen, _) => "Click on the model to begin a spline, drag for a smooth anchor · Enter ends",
+            (Tool::Freehand, _) => "Drag on the model to draw; the line becomes a spline · V selects",
+            (Tool::Insert, _) => "Click on a curve to add an anchor there · V selects",
+            (Tool::Join, Some(_)) => "Click on an anchor to change its join: corner, smooth, mirrored, automatic",
+            (Tool::Join, None) => "Click on a curve to see its anchors",
+            (Tool::Drawing, _) => "Choose an SVG in the panel, or drop one on the window",
             (Tool::Select, Some(spline)) if spline.scheme().method.is_b_spline() => {
                 "Drag a control point of the B-spline over the surface · X deletes the selected one · ? shows all keys"
             }
-            (Tool::Select, Some(_)) if self.selection.anchor.is_some() => {
+            (Tool::Select, Some(_)) if self.selection.anchors().len() > 1 => {
+                "Drag moves all selected anchors · G moves, R turns, S scales · X deletes · ? shows all keys"
+            }
+            (Tool::Select, Some(_)) if self.selection.anchor().is_some() => {
                 "Drag anchors and handles · C changes the join · X deletes the anchor · ? shows all keys"
             }
             (Tool::Select, Some(_)) => {
-                "Drag an anchor or a handle over the surface · middle drag orbits · ? shows all keys"
+                "Drag an anchor, a handle or the whole curve · middle drag orbits · ? shows all keys"
             }
             (Tool::Select, None) => {
                 "Click a curve to edit it · P takes the pen · middle drag orbits · ? shows all keys"

@@ -30,6 +30,10 @@ use bevy::window::{PrimaryWindow, WindowRef};
 
 use super::{SurfaceSplinePlugins, TraceBudget};
 
+mod hand;
+
+pub use hand::Hand;
+
 /// Time that passes in each update of a [`headless_app`].
 pub const FRAME: Duration = Duration::from_millis(16);
 

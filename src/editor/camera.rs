@@ -1,35 +1,42 @@
 //! The orbit camera. The model fits the unit sphere, so that distances need no other measure.
 //!
 //! Middle drag, or Alt and left drag, orbits about the point under the pointer; Shift and middle drag pans; the wheel zooms to the
-//! pointer; F frames, and 1, 3, 7 look along the axes. Nothing starts while the pointer is on a panel.
+//! pointer. On a touchpad two fingers orbit, with Shift they pan, and a pinch zooms. F frames, 1, 3, 7 look along the axes, and 5
+//! takes perspective away or gives it back. Nothing starts while the pointer is on a panel.
 
+use bevy::camera::ScalingMode;
+use bevy::input::gestures::PinchGesture;
 use bevy::input::mouse::{AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::prelude::*;
 use bevy::window::{CursorMoved, PrimaryWindow};
-use bevy_egui::input::EguiWantsInput;
-use bevy_surface_splines::prelude::*;
 
-use crate::keys::keyboard_is_free;
-use crate::model::{Model, ModelOpened};
-use crate::panel::Layout;
-use crate::selection::Selection;
+use super::input::{FreeView, Modifiers, PanelInput, keyboard_is_free};
+use super::model::{Model, ModelOpened};
+use super::selection::Selection;
+use super::tools::TakesWheel;
+use crate::plugin::{OnSurface, SplineTrace, SurfaceQueries};
 
 const RADIANS_PER_PIXEL: f32 = 0.007;
 /// How much nearer one notch of the wheel brings what is under the pointer.
 const NOTCH: f32 = 0.86;
-/// Pixels of a touchpad that count as one notch.
-const PIXELS_PER_NOTCH: f32 = 40.0;
+/// How much of the way two fingers make the camera turns.
+const FINGERS: f32 = 0.6;
+/// The angle of view of the perspective camera, from bottom to top.
+pub(crate) const FIELD_OF_VIEW: f32 = 0.6;
 const NEAREST: f32 = 0.01;
 const FARTHEST: f32 = 60.0;
+/// How far away a camera without perspective stands.
+const ORTHOGRAPHIC_DISTANCE: f32 = 40.0;
 
 /// A turntable camera.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Orbit {
+#[require(Camera3d, Projection = perspective())]
+pub struct Orbit {
     /// About the vertical, and up from the horizon, in radians.
-    yaw: f32,
-    pitch: f32,
+    pub(crate) yaw: f32,
+    pub(crate) pitch: f32,
     /// What the camera turns about, pans with and frames.
-    pivot: Vec3,
+    pub(crate) pivot: Vec3,
     gesture: Gesture,
     /// Whether the view is to be set up anew, about this centre and of this radius.
     framing: Option<(Vec3, f32)>,
@@ -50,13 +57,18 @@ impl Default for Orbit {
     }
 }
 
+pub(crate) fn perspective() -> Projection {
+    Projection::Perspective(PerspectiveProjection { fov: FIELD_OF_VIEW, near: 0.002, far: 200.0, ..default() })
+}
+
 impl Orbit {
-    pub(crate) fn rotation(&self) -> Quat {
+    /// Which way it looks.
+    pub fn rotation(&self) -> Quat {
         Quat::from_euler(EulerRot::YXZ, self.yaw, -self.pitch, 0.0)
     }
 
     /// Shows a sphere as large as fits, from the side from which the camera looks.
-    pub(crate) fn frame(&mut self, centre: Vec3, radius: f32) {
+    pub fn frame(&mut self, centre: Vec3, radius: f32) {
         self.framing = Some((centre, radius));
     }
 
@@ -72,12 +84,15 @@ impl Orbit {
 
 pub(crate) fn plugin(app: &mut App) {
     app.add_observer(frame_opened)
-        .add_systems(Update, (begin_gestures, follow_gestures, zoom, strike_keys.run_if(keyboard_is_free)).chain())
+        .init_resource::<FreeView>()
+        .init_resource::<PanelInput>()
+        .add_message::<PinchGesture>()
+        .add_systems(Update, (begin_gestures, follow_gestures, scroll, strike_keys.run_if(keyboard_is_free)).chain())
         .add_systems(PostUpdate, frame.before(TransformSystems::Propagate));
 }
 
 type Cameras<'w, 's> =
-    Query<'w, 's, (&'static mut Orbit, &'static mut Transform, &'static Camera, &'static Projection)>;
+    Query<'w, 's, (&'static mut Orbit, &'static mut Transform, &'static Camera, &'static mut Projection)>;
 
 /// What is under the pointer, of all models.
 #[derive(bevy::ecs::system::SystemParam)]
@@ -108,10 +123,9 @@ fn begin_gestures(
     pointed: Pointed,
     mouse: Res<ButtonInput<MouseButton>>,
     keys: Res<ButtonInput<KeyCode>>,
-    egui: Res<EguiWantsInput>,
+    panel: Res<PanelInput>,
 ) {
-    let alt = keys.any_pressed([KeyCode::AltLeft, KeyCode::AltRight]);
-    let shift = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
+    let Modifiers { alt, shift, .. } = Modifiers::of(&keys);
     let gesture = if mouse.just_pressed(MouseButton::Middle) {
         if shift { Gesture::Pan } else { Gesture::Orbit(MouseButton::Middle) }
     } else if alt && mouse.just_pressed(MouseButton::Left) {
@@ -119,7 +133,7 @@ fn begin_gestures(
     } else {
         return;
     };
-    if egui.wants_any_pointer_input() {
+    if panel.pointer {
         return;
     }
     for (mut orbit, transform, camera, _) in &mut cameras {
@@ -144,11 +158,7 @@ fn follow_gestures(mut cameras: Cameras, mouse: Res<ButtonInput<MouseButton>>, m
         } else if motion == Vec2::ZERO {
             continue;
         } else if orbit.gesture == Gesture::Pan {
-            let depth = (orbit.pivot - transform.translation).dot(*transform.forward()).max(NEAREST);
-            let step = motion * world_per_pixel(camera, projection, depth);
-            let shift = transform.rotation * Vec3::new(-step.x, step.y, 0.0);
-            transform.translation += shift;
-            orbit.pivot += shift;
+            pan(&mut orbit, &mut transform, camera, &projection, motion);
         } else {
             let turn = motion * RADIANS_PER_PIXEL;
             let (yaw, pitch) = (orbit.yaw - turn.x, orbit.pitch + turn.y);
@@ -157,20 +167,84 @@ fn follow_gestures(mut cameras: Cameras, mouse: Res<ButtonInput<MouseButton>>, m
     }
 }
 
-fn zoom(mut cameras: Cameras, pointed: Pointed, scroll: Res<AccumulatedMouseScroll>, egui: Res<EguiWantsInput>) {
-    if scroll.delta.y == 0.0 || egui.wants_any_pointer_input() {
+fn scroll(
+    mut cameras: Cameras,
+    pointed: Pointed,
+    (scroll, mut pinches): (Res<AccumulatedMouseScroll>, MessageReader<PinchGesture>),
+    (panel, keys): (Res<PanelInput>, Res<ButtonInput<KeyCode>>),
+    taken: Option<Res<TakesWheel>>,
+) {
+    // A pinch of a tenth is about one notch.
+    let pinched: f32 = pinches.read().map(|pinch| pinch.0 * 10.0).sum();
+    let (lines, fingers) = match scroll.unit {
+        MouseScrollUnit::Line => (scroll.delta.y, Vec2::ZERO),
+        MouseScrollUnit::Pixel => (0.0, scroll.delta),
+    };
+    let notches = pinched + lines;
+    if panel.pointer || taken.is_some_and(|taken| taken.0) || (notches == 0.0 && fingers == Vec2::ZERO) {
         return;
     }
-    let notches = match scroll.unit {
-        MouseScrollUnit::Line => scroll.delta.y,
-        MouseScrollUnit::Pixel => scroll.delta.y / PIXELS_PER_NOTCH,
-    };
-    for (mut orbit, mut transform, camera, _) in &mut cameras {
-        let Some(target) = pointed.point(camera, &transform, orbit.pivot) else { continue };
+    let pans = Modifiers::of(&keys).shift;
+    for (mut orbit, mut transform, camera, mut projection) in &mut cameras {
+        if notches != 0.0
+            && let Some(target) = pointed.point(camera, &transform, orbit.pivot)
+        {
+            zoom(&mut orbit, &mut transform, &mut projection, target, notches);
+        }
+        if fingers != Vec2::ZERO && pans {
+            pan(&mut orbit, &mut transform, camera, &projection, fingers);
+        } else if fingers != Vec2::ZERO {
+            let turn = fingers * FINGERS * RADIANS_PER_PIXEL;
+            let (yaw, pitch) = (orbit.yaw - turn.x, orbit.pitch + turn.y);
+            orbit.turn_to(yaw, pitch, &mut transform);
+        }
+    }
+}
+
+/// Brings the camera nearer to a target, which stays where it is on the screen.
+fn zoom(orbit: &mut Orbit, transform: &mut Transform, projection: &mut Projection, target: Vec3, notches: f32) {
+    let wanted = NOTCH.powf(notches.clamp(-40.0, 40.0));
+    if let Projection::Orthographic(lens) = projection {
+        let scale = (lens.scale * wanted).clamp(1e-4, 1e3);
+        let share = scale / lens.scale;
+        lens.scale = scale;
+        // Across the view alone: how deep the camera stands does not matter.
+        let aside = (transform.translation - target).reject_from(*transform.forward());
+        transform.translation += aside * (share - 1.0);
+    } else {
         let distance = transform.translation.distance(target).max(NEAREST);
-        let wanted = (distance * NOTCH.powf(notches)).clamp(NEAREST, FARTHEST);
+        let wanted = (distance * wanted).clamp(NEAREST, FARTHEST);
         transform.translation = target + (transform.translation - target) * (wanted / distance);
-        orbit.pivot = target;
+    }
+    orbit.pivot = target;
+}
+
+fn pan(orbit: &mut Orbit, transform: &mut Transform, camera: &Camera, projection: &Projection, motion: Vec2) {
+    let depth = (orbit.pivot - transform.translation).dot(*transform.forward()).max(NEAREST);
+    let step = motion * world_per_pixel(camera, projection, depth);
+    let shift = transform.rotation * Vec3::new(-step.x, step.y, 0.0);
+    transform.translation += shift;
+    orbit.pivot += shift;
+}
+
+/// Takes perspective away, or gives it back; what is as deep as the pivot keeps its size.
+fn toggle_perspective(orbit: &Orbit, transform: &mut Transform, projection: &mut Projection) {
+    let depth = (orbit.pivot - transform.translation).dot(*transform.forward()).max(NEAREST);
+    let height_at_one = 2.0 * (0.5 * FIELD_OF_VIEW).tan();
+    if let Projection::Orthographic(lens) = projection {
+        let wanted = (lens.scale / height_at_one).clamp(NEAREST, FARTHEST);
+        transform.translation += *transform.forward() * (depth - wanted);
+        *projection = perspective();
+    } else {
+        // Far enough away that nothing is behind the camera.
+        transform.translation -= *transform.forward() * (ORTHOGRAPHIC_DISTANCE - depth);
+        *projection = Projection::Orthographic(OrthographicProjection {
+            scaling_mode: ScalingMode::FixedVertical { viewport_height: 1.0 },
+            scale: depth * height_at_one,
+            near: 0.0,
+            far: 2.0 * ORTHOGRAPHIC_DISTANCE,
+            ..OrthographicProjection::default_3d()
+        });
     }
 }
 
@@ -192,16 +266,21 @@ fn strike_keys(
     } else {
         None
     };
-    for (mut orbit, mut transform, ..) in &mut cameras {
+    for (mut orbit, mut transform, _, mut projection) in &mut cameras {
+        if struck(KeyCode::Digit5, KeyCode::Numpad5) {
+            toggle_perspective(&orbit, &mut transform, &mut projection);
+        }
         if let Some((yaw, pitch)) = side {
             orbit.turn_to(yaw, pitch, &mut transform);
         }
         if side.is_some() || keys.just_pressed(KeyCode::KeyF) {
-            let selected = selection.spline.and_then(|spline| traces.get(spline).ok());
-            let around = selected.and_then(|(trace, on)| {
-                let view = surfaces.get(on.0)?;
-                sphere_around(trace.polyline().iter().map(|p| view.to_world().transform_point3(*p)))
+            let selected = || selection.splines().iter().filter_map(|spline| traces.get(*spline).ok());
+            let world = selected().flat_map(|(trace, on)| {
+                let view = surfaces.get(on.0);
+                let place = move |p: &Vec3| Some(view.as_ref()?.to_world().transform_point3(*p));
+                trace.polyline().iter().filter_map(place).collect::<Vec<_>>()
             });
+            let around = sphere_around(world);
             let framed = around.filter(|_| side.is_none());
             let (centre, radius) = framed.map_or((Vec3::ZERO, 1.0), |(centre, radius)| (centre, 1.4 * radius));
             orbit.frame(centre, radius);
@@ -210,7 +289,7 @@ fn strike_keys(
 }
 
 /// The centre and radius of a sphere that holds some positions.
-pub(crate) fn sphere_around(positions: impl Iterator<Item = Vec3> + Clone) -> Option<(Vec3, f32)> {
+pub fn sphere_around(positions: impl Iterator<Item = Vec3>) -> Option<(Vec3, f32)> {
     let (min, max) = positions.fold(None, |bounds, p| {
         let (min, max) = bounds.unwrap_or((p, p));
         Some((min.min(p), max.max(p)))
@@ -223,11 +302,22 @@ fn frame_opened(_: On<ModelOpened>, mut orbits: Query<&mut Orbit>) {
 }
 
 /// Moves back until what is framed fits into the part of the window that no panel covers, and centres it there.
-fn frame(mut cameras: Cameras, layout: Res<Layout>) {
-    for (mut orbit, mut transform, camera, projection) in &mut cameras {
+fn frame(mut cameras: Cameras, free: Res<FreeView>) {
+    for (mut orbit, mut transform, camera, mut projection) in &mut cameras {
         let (Some((centre, radius)), Some(window)) = (orbit.framing, camera.logical_viewport_size()) else { continue };
-        let Some(free) = layout.free.filter(|free| free.size().min_element() > 1.0) else { continue };
-        let pixel_at_one = world_per_pixel(camera, projection, 1.0);
+        let free = free.0.unwrap_or(Rect::from_corners(Vec2::ZERO, window));
+        if free.size().min_element() <= 1.0 {
+            continue;
+        }
+        if let Projection::Orthographic(lens) = &mut *projection {
+            lens.scale = 2.0 * radius * window.y / (0.94 * free.size().min_element());
+            let aside = (free.center() - 0.5 * window) * lens.scale / window.y;
+            transform.rotation = orbit.rotation();
+            transform.translation = centre + transform.rotation * Vec3::new(-aside.x, aside.y, ORTHOGRAPHIC_DISTANCE);
+            (orbit.pivot, orbit.framing) = (centre, None);
+            continue;
+        }
+        let pixel_at_one = world_per_pixel(camera, &projection, 1.0);
         if !(pixel_at_one > 0.0 && pixel_at_one.is_finite()) {
             continue;
         }
@@ -243,7 +333,11 @@ fn frame(mut cameras: Cameras, layout: Res<Layout>) {
 }
 
 /// World length of a pixel at some depth.
-fn world_per_pixel(camera: &Camera, projection: &Projection, depth: f32) -> f32 {
-    let (Projection::Perspective(lens), Some(size)) = (projection, camera.logical_viewport_size()) else { return 0.0 };
-    2.0 * depth * (0.5 * lens.fov).tan() / size.y
+pub(crate) fn world_per_pixel(camera: &Camera, projection: &Projection, depth: f32) -> f32 {
+    let Some(size) = camera.logical_viewport_size() else { return 0.0 };
+    match projection {
+        Projection::Perspective(lens) => 2.0 * depth * (0.5 * lens.fov).tan() / size.y,
+        Projection::Orthographic(lens) => lens.scale / size.y,
+        Projection::Custom(_) => 0.0,
+    }
 }

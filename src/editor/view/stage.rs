@@ -5,41 +5,75 @@ use bevy::camera::visibility::NoFrustumCulling;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 
-use crate::arguments::Arguments;
-use crate::camera::Orbit;
+use crate::editor::camera::Orbit;
+use crate::editor::model::{Candidate, Model};
 
 pub(crate) fn plugin(app: &mut App) {
     app.insert_resource(GlobalAmbientLight { color: Color::srgb(0.85, 0.9, 1.0), brightness: 260.0, ..default() })
         .insert_resource(ClearColor(Color::srgb(0.16, 0.18, 0.21)))
-        .add_systems(Startup, set_stage);
+        .init_resource::<StageSettings>()
+        .add_systems(Startup, set_stage)
+        .add_systems(PostUpdate, give_material);
+}
+
+/// How the stage is set.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StageSettings {
+    /// Whether edges are smoothed; a software driver draws several times faster without.
+    pub smooth_edges: bool,
+}
+
+impl Default for StageSettings {
+    fn default() -> Self {
+        Self { smooth_edges: true }
+    }
+}
+
+/// A matt material that shows shape, from either side.
+fn clay() -> StandardMaterial {
+    StandardMaterial {
+        base_color: Color::srgb(0.66, 0.68, 0.71),
+        perceptual_roughness: 0.75,
+        reflectance: 0.35,
+        double_sided: true,
+        cull_mode: None,
+        ..default()
+    }
+}
+
+/// Models, opened and about to be, without a material.
+type Bare<'w, 's> =
+    Query<'w, 's, Entity, (Or<(With<Model>, With<Candidate>)>, Without<MeshMaterial3d<StandardMaterial>>)>;
+
+/// Models come without a material.
+fn give_material(mut commands: Commands, models: Bare, mut materials: ResMut<Assets<StandardMaterial>>) {
+    for model in &models {
+        commands.entity(model).try_insert(MeshMaterial3d(materials.add(clay())));
+    }
 }
 
 fn set_stage(
     mut commands: Commands,
-    arguments: Res<Arguments>,
+    settings: Res<StageSettings>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    // A software driver draws several times faster without.
-    let msaa = if arguments.script.is_some() { Msaa::Off } else { Msaa::Sample4 };
-    let projection = PerspectiveProjection { fov: 0.6, near: 0.002, far: 200.0, ..default() };
+    let msaa = if settings.smooth_edges { Msaa::Sample4 } else { Msaa::Off };
     let backdrop = (
         Mesh3d(meshes.add(backdrop_mesh())),
         MeshMaterial3d(materials.add(StandardMaterial { unlit: true, fog_enabled: false, ..default() })),
         NoFrustumCulling,
     );
-    commands.spawn((Camera3d::default(), msaa, Projection::Perspective(projection), Orbit::default())).with_children(
-        |rig| {
-            let mut light = |from: Vec3, illuminance: f32, color: Color| {
-                let toward = Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y);
-                rig.spawn((DirectionalLight { illuminance, color, ..default() }, toward));
-            };
-            light(Vec3::new(-1.2, 1.6, 1.4), 5_200.0, Color::srgb(1.0, 0.97, 0.92)); // key
-            light(Vec3::new(1.8, 0.2, 1.0), 1_500.0, Color::srgb(0.84, 0.9, 1.0)); // fill
-            light(Vec3::new(0.4, 0.9, -1.6), 2_600.0, Color::WHITE); // rim
-            rig.spawn(backdrop);
-        },
-    );
+    commands.spawn((msaa, Orbit::default())).with_children(|rig| {
+        let mut light = |from: Vec3, illuminance: f32, color: Color| {
+            let toward = Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y);
+            rig.spawn((DirectionalLight { illuminance, color, ..default() }, toward));
+        };
+        light(Vec3::new(-1.2, 1.6, 1.4), 5_200.0, Color::srgb(1.0, 0.97, 0.92)); // key
+        light(Vec3::new(1.8, 0.2, 1.0), 1_500.0, Color::srgb(0.84, 0.9, 1.0)); // fill
+        light(Vec3::new(0.4, 0.9, -1.6), 2_600.0, Color::WHITE); // rim
+        rig.spawn(backdrop);
+    });
 }
 
 /// A wall far behind everything, lighter in the middle, that fills the view of the camera it hangs on.

@@ -1,17 +1,17 @@
 //! The panel's section of numbers: the mesh report, tracing, the frame rate.
 
+use crate::curve::{Trace, TraceBound};
+use crate::plugin::TraceStatistics;
+use crate::prelude::*;
+use crate::surface::{Surface, SurfaceReport};
 use bevy::diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
-use bevy_surface_splines::curve::{Trace, TraceBound};
-use bevy_surface_splines::plugin::TraceStatistics;
-use bevy_surface_splines::prelude::*;
-use bevy_surface_splines::surface::{Surface, SurfaceReport};
 
-use crate::model::Model;
-use crate::properties::significant;
-use crate::selection::Selection;
+use super::properties::significant;
+use crate::editor::model::Model;
+use crate::editor::selection::Selection;
 
 /// What the section shows.
 #[derive(SystemParam)]
@@ -26,13 +26,13 @@ pub(crate) struct Statistics<'w, 's> {
 impl Statistics<'_, '_> {
     /// The trace of what is selected, and its length in the file's units.
     fn selected(&self) -> Option<(f64, &Trace)> {
-        let (trace, on) = self.traces.get(self.selection.spline?).ok()?;
+        let (trace, on) = self.traces.get(self.selection.spline()?).ok()?;
         let (model, _) = self.models.get(on.0).ok()?;
         Some((model.unit * trace.length(), trace))
     }
 }
 
-pub(crate) fn show(ui: &mut egui::Ui, statistics: &Statistics) {
+pub(crate) fn show(ui: &mut egui::Ui, statistics: &mut Statistics) {
     egui::Grid::new("statistics").num_columns(2).spacing([14.0, 2.0]).striped(true).show(ui, |ui| {
         for (_, surface) in &statistics.models {
             for (name, value) in mesh_rows(surface) {
@@ -123,8 +123,8 @@ fn grouped(count: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy_surface_splines::curve::Tracer;
-    use bevy_surface_splines::surface::{SurfaceOptions, shapes};
+    use crate::curve::Tracer;
+    use crate::surface::{SurfaceOptions, shapes};
     use glam::DVec3;
 
     fn rows(scheme: Scheme) -> Vec<(&'static str, String)> {

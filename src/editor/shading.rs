@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy_surface_splines::surface::TriangleMesh;
 use glam::DVec3;
+
+use crate::surface::TriangleMesh;
 
 /// Faces that meet at less than 40° look like one.
 const SMOOTH: f64 = 0.766;
@@ -71,7 +72,7 @@ fn normal_of(own: DVec3, around: &[u32], twice_areas: &[DVec3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy_surface_splines::surface::shapes;
+    use crate::surface::shapes;
 
     #[test]
     fn a_sphere_keeps_its_vertices_and_a_cube_gets_corners() {
@@ -89,7 +90,7 @@ mod tests {
     #[test]
     fn triangles_keep_their_order() {
         let torus = shapes::torus(2.0, 0.5, 12, 8);
-        let back = bevy_surface_splines::plugin::triangle_mesh_from(&shaded_mesh(&torus)).expect("triangles");
+        let back = crate::plugin::triangle_mesh_from(&shaded_mesh(&torus)).expect("triangles");
         let corners = |mesh: &TriangleMesh, f: usize| mesh.faces[f].map(|v| mesh.positions[v as usize]);
         assert_eq!(back.faces.len(), torus.faces.len());
         for face in 0..torus.faces.len() {

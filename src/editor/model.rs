@@ -5,23 +5,26 @@ use std::path::{Path, PathBuf};
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future};
 use bevy::window::FileDragAndDrop;
-use bevy_surface_splines::format::{MeshFormat, parse_mesh, read_mesh};
-use bevy_surface_splines::prelude::*;
-use bevy_surface_splines::surface::TriangleMesh;
 use glam::DVec3;
 
-use crate::arguments::Arguments;
-use crate::notices::Notices;
-use crate::shading::shaded_mesh;
+use super::curves::Shelved;
+use super::history::{self, History};
+use super::notices::Notices;
+use super::shading::shaded_mesh;
+use crate::format::{MeshFormat, parse_mesh, read_mesh};
+use crate::plugin::{BuiltSurface, SplineSurface, SurfaceFailed, SurfaceReady};
+use crate::surface::TriangleMesh;
 
 const BUNDLED: &[u8] = include_bytes!("../../assets/pebble.obj");
 
 /// The model on the stage: the entity with the surface. It is moved and scaled into the unit sphere before it is rounded
 /// to the numbers that graphics cards know, so that neither its size nor its place matter.
 #[derive(Component, Clone, Debug, PartialEq)]
-pub(crate) struct Model {
-    pub(crate) name: String,
-    pub(crate) bundled: bool,
+pub struct Model {
+    /// What it is called: its file's name.
+    pub name: String,
+    /// Whether it is the one that comes with the editor.
+    pub bundled: bool,
     /// In the file's units: what is the origin here, and how long the unit is.
     centre: DVec3,
     pub(crate) unit: f64,
@@ -29,37 +32,41 @@ pub(crate) struct Model {
 
 impl Model {
     /// A position in the file's coordinates.
-    pub(crate) fn in_file(&self, position: DVec3) -> DVec3 {
+    pub fn in_file(&self, position: DVec3) -> DVec3 {
         self.centre + self.unit * position
     }
 
     /// A position of the file where it is here.
-    pub(crate) fn of_file(&self, position: DVec3) -> DVec3 {
+    pub fn of_file(&self, position: DVec3) -> DVec3 {
         (position - self.centre) / self.unit
     }
 }
 
 /// A model whose surface is being built; the old one stays until it is known to be usable.
 #[derive(Component, Clone, Debug)]
-struct Candidate(Model);
+pub(crate) struct Candidate(Model);
 
 /// Asks for a model.
 #[derive(Message, Clone, Debug, PartialEq)]
-pub(crate) enum OpenModel {
+pub enum OpenModel {
+    /// The one that comes with the editor.
     Bundled,
+    /// A file.
     File(PathBuf),
 }
 
 /// Happens when a model has taken its place.
 #[derive(EntityEvent, Clone, Debug)]
-pub(crate) struct ModelOpened {
-    pub(crate) entity: Entity,
+pub struct ModelOpened {
+    /// The model.
+    pub entity: Entity,
 }
 
 /// Happens when a model could not be used; the old one stays.
 #[derive(Event, Clone, Debug)]
-pub(crate) struct ModelRefused {
-    pub(crate) reason: String,
+pub struct ModelRefused {
+    /// Why, and what to do about it.
+    pub reason: String,
 }
 
 /// The model that is being read.
@@ -77,12 +84,18 @@ pub(crate) fn plugin(app: &mut App) {
         .add_observer(take_place)
         .add_observer(refuse_surface)
         .add_observer(tell_refusal)
+        .add_observer(forget_history)
+        .init_resource::<FirstModel>()
         .add_systems(Startup, open_first)
         .add_systems(Update, (open_dropped, start_reading, finish_reading).chain());
 }
 
-fn open_first(arguments: Res<Arguments>, mut opens: MessageWriter<OpenModel>) {
-    opens.write(arguments.mesh.clone().map_or(OpenModel::Bundled, OpenModel::File));
+/// The model that the program opens first; the bundled one, if none is named.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct FirstModel(pub Option<PathBuf>);
+
+fn open_first(first: Res<FirstModel>, mut opens: MessageWriter<OpenModel>) {
+    opens.write(first.0.clone().map_or(OpenModel::Bundled, OpenModel::File));
 }
 
 fn open_dropped(mut drops: MessageReader<FileDragAndDrop>, mut opens: MessageWriter<OpenModel>) {
@@ -138,7 +151,6 @@ fn finish_reading(
     mut reading: ResMut<Reading>,
     candidates: Query<Entity, With<Candidate>>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let Some(result) = reading.0.as_mut().and_then(|task| block_on(future::poll_once(task))) else { return };
     reading.0 = None;
@@ -149,25 +161,12 @@ fn finish_reading(
             commands.spawn((
                 Candidate(read.model),
                 Mesh3d(meshes.add(read.mesh)),
-                MeshMaterial3d(materials.add(clay())),
                 Transform::default(),
                 Visibility::Hidden,
                 SplineSurface::default(),
             ));
         }
         Err(reason) => commands.trigger(ModelRefused { reason }),
-    }
-}
-
-/// A matt material that shows shape, from either side.
-fn clay() -> StandardMaterial {
-    StandardMaterial {
-        base_color: Color::srgb(0.66, 0.68, 0.71),
-        perceptual_roughness: 0.75,
-        reflectance: 0.35,
-        double_sided: true,
-        cull_mode: None,
-        ..default()
     }
 }
 
@@ -210,4 +209,14 @@ fn tell_refusal(
     if models.is_empty() {
         opens.write(OpenModel::Bundled);
     }
+}
+
+/// Another model: nothing of before can be taken back.
+fn forget_history(
+    _: On<ModelOpened>,
+    mut commands: Commands,
+    mut history: ResMut<History>,
+    shelved: Query<Entity, With<Shelved>>,
+) {
+    history::clear(&mut commands, &mut history, &shelved);
 }

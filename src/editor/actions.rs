@@ -1,0 +1,410 @@
+//! What keys and panels ask for: messages that any system may write, and that become edits, entries of the history, and changes of
+//! the selection.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+
+use super::curves::{self, Curve, NextNumber};
+use super::history::{History, PlayHistory};
+use super::notices::Notices;
+use super::selection::Selection;
+use super::tools::Tool;
+use crate::curve::{Join, JumpPolicy, Scheme, Spline, SplineEdit, SplineEnd};
+use crate::plugin::{
+    BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, SplineEditRefused, SurfaceSpline, SurfaceSplineSystems,
+};
+use crate::surface::SurfacePoint;
+
+/// Something to be done with what is selected.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum EditorAction {
+    /// Takes a tool.
+    Take(Tool),
+    /// Selects a spline alone.
+    Select(Entity),
+    /// Selects a spline too, or takes it out of the selection.
+    Toggle(Entity),
+    /// Selects all that is free.
+    SelectAll,
+    /// Takes the pen, for a new spline.
+    BeginSpline,
+    /// Deletes the selected anchors, or the selected splines where none is selected or too few would be left.
+    Delete,
+    /// Deletes the segment behind the active anchor.
+    DeleteSegment,
+    /// Removes a spline.
+    Remove(Entity),
+    /// Corner → smooth → mirrored → automatic, of the selected anchors.
+    CycleJoin,
+    /// Changes the join of the selected anchors.
+    SetJoin(Join),
+    /// Joins the ends of the selected splines, or opens them where they begin.
+    ToggleClosed,
+    /// Cuts the active spline in two at the active anchor.
+    Split,
+    /// Joins the last two selected splines at the ends that are nearest to each other, or at those that are selected.
+    JoinSplines,
+    /// Lets the selected splines run the other way.
+    Reverse,
+    /// Makes the segment behind the active anchor a geodesic.
+    Straighten,
+    /// Moves the active anchor.
+    MoveAnchorTo(SurfacePoint),
+    /// Changes how the selected splines are traced.
+    SetScheme(Scheme),
+    /// Changes what happens where a leg could go another way.
+    SetJumps(JumpPolicy),
+    /// A scheme on the way to another: all until [`EditorAction::EndSlide`] are one entry of the history.
+    SlideScheme(Scheme),
+    /// Ends the way of a slider.
+    EndSlide,
+    /// Changes name and look of a curve.
+    Restyle(Entity, Curve),
+    /// Takes the last entry of the history back.
+    Undo,
+    /// Does again what was taken back last.
+    Redo,
+}
+
+pub(crate) fn plugin(app: &mut App) {
+    app.add_message::<EditorAction>()
+        .init_resource::<NextNumber>()
+        .add_observer(tell_refusal)
+        .add_systems(PostUpdate, perform.before(SurfaceSplineSystems::Edit))
+        .add_systems(PostUpdate, curves::show_or_hide.before(SurfaceSplineSystems::Edit));
+}
+
+fn tell_refusal(refused: On<SplineEditRefused>, mut notices: ResMut<Notices>) {
+    notices.warn(refused.reason.to_string());
+}
+
+/// What actions work with.
+#[derive(SystemParam)]
+struct Desk<'w, 's> {
+    commands: Commands<'w, 's>,
+    edits: MessageWriter<'w, EditSpline>,
+    ends: MessageWriter<'w, EndGesture>,
+    plays: MessageWriter<'w, PlayHistory>,
+    slide: Local<'s, Vec<(Entity, GestureId)>>,
+    history: ResMut<'w, History>,
+    notices: ResMut<'w, Notices>,
+    selection: ResMut<'w, Selection>,
+    tool: ResMut<'w, Tool>,
+    next: ResMut<'w, NextNumber>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    curves: Query<'w, 's, (Entity, &'static Curve)>,
+    surfaces: Query<'w, 's, &'static BuiltSurface>,
+}
+
+fn perform(mut actions: MessageReader<EditorAction>, mut desk: Desk) {
+    for action in actions.read() {
+        desk.perform(action);
+    }
+}
+
+impl Desk<'_, '_> {
+    fn perform(&mut self, action: &EditorAction) {
+        match action {
+            EditorAction::Take(tool) => *self.tool = *tool,
+            EditorAction::Select(entity) => self.selection.select(*entity),
+            EditorAction::Toggle(entity) => self.selection.toggle(*entity),
+            EditorAction::SelectAll => self.select_all(),
+            EditorAction::BeginSpline => {
+                self.selection.clear();
+                *self.tool = Tool::Pen;
+            }
+            EditorAction::Undo => drop(self.plays.write(PlayHistory::Undo)),
+            EditorAction::Redo => drop(self.plays.write(PlayHistory::Redo)),
+            EditorAction::Remove(entity) => self.remove("Remove spline", *entity),
+            EditorAction::Delete => self.delete(),
+            EditorAction::DeleteSegment => self.delete_segment(),
+            EditorAction::CycleJoin => self.cycle_join(),
+            EditorAction::SetJoin(join) => self.set_joins(*join),
+            EditorAction::ToggleClosed => self.toggle_closed(),
+            EditorAction::Split => self.split(),
+            EditorAction::JoinSplines => self.join(),
+            EditorAction::Reverse => self.for_selected("Reverse", |_| Some(SplineEdit::Reverse)),
+            EditorAction::Straighten => self.straighten(),
+            EditorAction::MoveAnchorTo(to) => {
+                if let Some((spline, anchor)) = self.selection.anchors().last().copied() {
+                    self.send(spline, SplineEdit::MoveAnchor { anchor, to: *to });
+                }
+            }
+            EditorAction::SetScheme(scheme) => self.for_selected("Change scheme", |spline| {
+                (spline.scheme() != *scheme).then_some(SplineEdit::SetScheme(*scheme))
+            }),
+            EditorAction::SetJumps(jumps) => self.for_selected("Change what happens at jumps", |spline| {
+                (spline.jumps() != *jumps).then_some(SplineEdit::SetJumps(*jumps))
+            }),
+            EditorAction::SlideScheme(scheme) => self.slide_scheme(*scheme),
+            EditorAction::EndSlide => self.end_slide(),
+            EditorAction::Restyle(entity, curve) => self.restyle(*entity, curve),
+        }
+    }
+
+    fn send(&mut self, spline: Entity, edit: SplineEdit) {
+        self.edits.write(EditSpline::new(spline, edit).undoable());
+    }
+
+    fn spline(&self, entity: Entity) -> Option<&Spline> {
+        self.splines.get(entity).ok().map(|(spline, _)| &**spline)
+    }
+
+    /// Sends an edit of each selected spline, as one entry of the history.
+    fn for_selected(&mut self, name: &str, edit: impl Fn(&Spline) -> Option<SplineEdit>) {
+        let of = |entity: &Entity| Some((*entity, edit(self.spline(*entity)?)?));
+        let edits: Vec<_> = self.selection.splines().iter().filter_map(of).collect();
+        if edits.len() > 1 {
+            self.history.begin(format!("{name} of {} curves", edits.len()));
+        }
+        let many = edits.len() > 1;
+        edits.into_iter().for_each(|(entity, edit)| self.send(entity, edit));
+        if many {
+            self.history.end();
+        }
+    }
+
+    fn select_all(&mut self) {
+        let mut free: Vec<_> =
+            self.curves.iter().filter(|(entity, curve)| curve.is_free() && self.splines.contains(*entity)).collect();
+        free.sort_by_key(|(_, curve)| curve.number);
+        let free: Vec<_> = free.into_iter().map(|(entity, _)| entity).collect();
+        self.selection.clear_anchors();
+        free.into_iter().for_each(|entity| self.selection.add(entity));
+    }
+
+    fn remove(&mut self, name: &str, entity: Entity) {
+        let Ok((spline, on)) = self.splines.get(entity) else { return };
+        curves::shelve(&mut self.commands, entity, spline, on.0);
+        self.history.note_removed(name, entity);
+    }
+
+    fn delete(&mut self) {
+        let anchors = self.selection.anchors().to_vec();
+        let mut splines = self.selection.splines().to_vec();
+        self.history.begin(if anchors.is_empty() { "Remove splines" } else { "Delete anchors" });
+        if !anchors.is_empty() {
+            splines.retain(|spline| anchors.iter().any(|(of, _)| of == spline));
+        }
+        for spline in splines {
+            let mut gone: Vec<u32> =
+                anchors.iter().filter(|(of, _)| *of == spline).map(|(_, anchor)| *anchor).collect();
+            let count = self.spline(spline).map_or(0, |spline| spline.anchors().len());
+            if gone.is_empty() || count < gone.len() + 2 {
+                self.remove("Remove spline", spline);
+                continue;
+            }
+            // From the last to the first, so that numbers stay true.
+            gone.sort_unstable_by(|a, b| b.cmp(a));
+            gone.into_iter().for_each(|anchor| self.send(spline, SplineEdit::Delete { anchor }));
+        }
+        self.history.end();
+        self.selection.clear_anchors();
+    }
+
+    /// The spline falls apart where the segment was.
+    fn delete_segment(&mut self) {
+        let Some((entity, anchor)) = self.selection.anchors().last().copied() else { return };
+        let Ok((spline, on)) = self.splines.get(entity) else { return };
+        let (count, on, closed) = (spline.anchors().len() as u32, on.0, spline.is_closed());
+        let spline: Spline = (**spline).clone();
+        self.history.begin("Delete segment");
+        if closed {
+            // Cut open behind the segment, it is the last one.
+            self.send(entity, SplineEdit::Open { anchor: (anchor + 1) % count });
+            self.send(entity, SplineEdit::Delete { anchor: count });
+        } else if count == 2 {
+            self.remove("Remove spline", entity);
+        } else if anchor == 0 || anchor + 2 == count {
+            self.send(entity, SplineEdit::Delete { anchor: if anchor == 0 { 0 } else { count - 1 } });
+        } else if anchor + 2 < count
+            && let Ok([_, behind]) = spline.split(anchor + 1)
+        {
+            self.send(entity, SplineEdit::Cut { anchor, keep: SplineEnd::Start });
+            self.spawn(on, behind, entity);
+        }
+        self.history.end();
+        self.selection.clear_anchors();
+    }
+
+    /// Adds a spline that looks like another.
+    fn spawn(&mut self, on: Entity, spline: Spline, like: Entity) -> Entity {
+        let mut curve = self.next.curve(None);
+        if let Ok((_, other)) = self.curves.get(like) {
+            curve = Curve { number: curve.number, name: curve.name, ..other.clone() };
+        }
+        let entity = curves::spawn(&mut self.commands, on, curve, spline);
+        self.history.note_added("Add spline", entity);
+        entity
+    }
+
+    fn cycle_join(&mut self) {
+        let active = self.selection.anchors().last().copied();
+        if active.is_none() {
+            *self.tool = Tool::Join;
+        }
+        let join = active.and_then(|(spline, anchor)| join_of(self.spline(spline)?, anchor));
+        if let Some(join) = join {
+            self.set_joins(next_join(join));
+        }
+    }
+
+    fn set_joins(&mut self, join: Join) {
+        let anchors = self.selection.anchors().to_vec();
+        let name = format!("Make {} anchors {}", anchors.len(), name_of_join(join));
+        if anchors.len() > 1 {
+            self.history.begin(name);
+        }
+        for (entity, anchor) in &anchors {
+            let Some(spline) = self.spline(*entity).filter(|spline| !spline.scheme().method.is_b_spline()) else {
+                continue;
+            };
+            edits_for_join(spline, *anchor, join).into_iter().for_each(|edit| self.send(*entity, edit));
+        }
+        if anchors.len() > 1 {
+            self.history.end();
+        }
+    }
+
+    fn toggle_closed(&mut self) {
+        let active = self.selection.anchors().last().copied();
+        let splines = self.selection.splines().to_vec();
+        for entity in splines {
+            let Some(spline) = self.spline(entity) else { continue };
+            let at = active.filter(|(of, _)| *of == entity).map_or(0, |(_, anchor)| anchor);
+            let edit = if spline.is_closed() { SplineEdit::Open { anchor: at } } else { SplineEdit::Close };
+            self.send(entity, edit);
+        }
+    }
+
+    fn split(&mut self) {
+        let Some((entity, anchor)) = self.selection.anchors().last().copied() else {
+            self.notices.info("Select the anchor at which the curve is to be cut.");
+            return;
+        };
+        let Ok((spline, on)) = self.splines.get(entity) else { return };
+        let (spline, on): (Spline, Entity) = ((**spline).clone(), on.0);
+        if spline.is_closed() {
+            self.send(entity, SplineEdit::Open { anchor });
+            return;
+        }
+        match spline.split(anchor) {
+            Ok([_, behind]) => {
+                self.history.begin("Split spline");
+                self.send(entity, SplineEdit::Cut { anchor, keep: SplineEnd::Start });
+                self.spawn(on, behind, entity);
+                self.history.end();
+            }
+            Err(error) => self.notices.warn(error.to_string()),
+        }
+    }
+
+    fn join(&mut self) {
+        let [.., other, active] = self.selection.splines() else {
+            self.notices.info("Select the two curves that are to be joined.");
+            return;
+        };
+        let (other, active) = (*other, *active);
+        let (Ok((kept, on)), Ok((added, on_too))) = (self.splines.get(other), self.splines.get(active)) else { return };
+        if on.0 != on_too.0 || kept.is_closed() || added.is_closed() {
+            self.notices.warn("Only open curves of one model can be joined: open them first.");
+            return;
+        }
+        let Ok(surface) = self.surfaces.get(on.0) else { return };
+        let place = |spline: &Spline, end: SplineEnd| {
+            let anchor = if end == SplineEnd::Start { spline.anchors().first() } else { spline.anchors().last() };
+            anchor.map(|anchor| surface.position(&anchor.point()))
+        };
+        // A selected end is meant; of two that are not, the nearer.
+        let meant = |entity: Entity, spline: &Spline, end: SplineEnd| {
+            let number = if end == SplineEnd::Start { 0 } else { spline.anchors().len().saturating_sub(1) as u32 };
+            self.selection.has_anchor(entity, number)
+        };
+        let ends = [SplineEnd::Start, SplineEnd::End];
+        let pairs = ends.into_iter().flat_map(|a| ends.map(|b| (a, b)));
+        let cost = |(a, b): &(SplineEnd, SplineEnd)| {
+            let apart = place(kept, *a).zip(place(added, *b)).map_or(f64::INFINITY, |(a, b)| a.distance(b));
+            let unmeant = u8::from(!meant(other, kept, *a)) + u8::from(!meant(active, added, *b));
+            (unmeant, apart)
+        };
+        let best = pairs.min_by(|x, y| {
+            let ((u, d), (v, e)) = (cost(x), cost(y));
+            u.cmp(&v).then(d.total_cmp(&e))
+        });
+        let Some((end, at)) = best else { return };
+        let edit = SplineEdit::Join { end, other: (**added).clone(), at };
+        self.history.begin("Join splines");
+        self.remove("Remove spline", active);
+        self.send(other, edit);
+        self.history.end();
+        self.selection.select(other);
+        self.selection.clear_anchors();
+    }
+
+    fn straighten(&mut self) {
+        let Some((entity, anchor)) = self.selection.anchors().last().copied() else { return };
+        let segments = self.spline(entity).map_or(0, Spline::segment_count);
+        let segment = (anchor as usize).min(segments.saturating_sub(1)) as u32;
+        self.send(entity, SplineEdit::Straighten { segment });
+    }
+
+    fn slide_scheme(&mut self, scheme: Scheme) {
+        if self.slide.is_empty() {
+            *self.slide = self.selection.splines().iter().map(|spline| (*spline, GestureId::next())).collect();
+            self.history.begin("Change scheme");
+        }
+        for (spline, gesture) in self.slide.iter() {
+            let edit = EditSpline::new(*spline, SplineEdit::SetScheme(scheme));
+            self.edits.write(edit.undoable().in_gesture(*gesture));
+        }
+    }
+
+    fn end_slide(&mut self) {
+        let ended: Vec<_> = self.slide.drain(..).collect();
+        self.ends.write_batch(ended.iter().map(|(_, gesture)| EndGesture { gesture: *gesture, cancel: false }));
+        self.history.end();
+    }
+
+    fn restyle(&mut self, entity: Entity, curve: &Curve) {
+        let Ok((_, before)) = self.curves.get(entity) else { return };
+        if before != curve {
+            let name = format!("Change look of {}", before.name);
+            self.history.note_restyled(&name, entity, before.clone());
+            self.commands.entity(entity).try_insert(curve.clone());
+        }
+    }
+}
+
+fn join_of(spline: &Spline, anchor: u32) -> Option<Join> {
+    spline.anchors().get(anchor as usize).map(|anchor| anchor.join())
+}
+
+fn next_join(join: Join) -> Join {
+    match join {
+        Join::Corner => Join::Smooth,
+        Join::Smooth => Join::Mirrored,
+        Join::Mirrored => Join::Automatic,
+        Join::Automatic => Join::Corner,
+    }
+}
+
+fn name_of_join(join: Join) -> &'static str {
+    match join {
+        Join::Corner => "corners",
+        Join::Smooth => "smooth",
+        Join::Mirrored => "mirrored",
+        Join::Automatic => "automatic",
+    }
+}
+
+/// Sets a join. Handles of no length have no direction that could be smooth: they are placed first.
+fn edits_for_join(spline: &Spline, anchor: u32, join: Join) -> Vec<SplineEdit> {
+    let Some(at) = spline.anchors().get(anchor as usize) else { return Vec::new() };
+    let bare = at.incoming().leg().length() == 0.0 && at.outgoing().leg().length() == 0.0;
+    let mut edits = Vec::new();
+    if bare && matches!(join, Join::Smooth | Join::Mirrored) {
+        edits.push(SplineEdit::SetJoin { anchor, join: Join::Automatic });
+    }
+    edits.push(SplineEdit::SetJoin { anchor, join });
+    edits
+}

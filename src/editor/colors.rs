@@ -1,0 +1,27 @@
+//! Colours of curves, and how states change them.
+
+use bevy::prelude::*;
+
+/// Selected curves and marks; nothing else has this colour.
+pub const ACCENT: Color = Color::srgb(1.0, 0.56, 0.08);
+/// Curves that are not selected, in turn.
+pub const CURVES: [Color; 5] = [
+    Color::srgb(0.16, 0.75, 0.72),
+    Color::srgb(0.86, 0.36, 0.62),
+    Color::srgb(0.47, 0.72, 0.27),
+    Color::srgb(0.42, 0.55, 0.96),
+    Color::srgb(0.76, 0.65, 0.26),
+];
+/// A leg that stays on its side and is not the shortest any more.
+pub const STICKY: Color = Color::srgb(0.98, 0.78, 0.16);
+/// Things behind the model keep this share of their opacity.
+pub const BEHIND: f32 = 0.25;
+/// Curves that are being traced keep this share of theirs.
+pub const PREVIEW: f32 = 0.5;
+/// How far things under the pointer go towards white.
+pub const HOVER: f32 = 0.45;
+
+/// The colour of something under the pointer.
+pub fn hovered(color: Color) -> Color {
+    color.mix(&Color::WHITE, HOVER)
+}

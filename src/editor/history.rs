@@ -1,0 +1,475 @@
+//! Undo and redo, by the inverses that the plugin reports. One gesture is one entry.
+//!
+//! Only edits that ask to ([`EditSpline::undoable`](crate::plugin::EditSpline::undoable)) are remembered. Those of one frame about one
+//! spline are one entry, a gesture is one when it ends, and whatever happens between [`History::begin`] and [`History::end`]
+//! is one, of however many splines.
+
+use std::collections::{HashMap, VecDeque};
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+
+use super::curves::{self, Curve, Shelved};
+use super::notices::Notices;
+use crate::curve::{Anchor, SplineEdit};
+use crate::plugin::{
+    EditSpline, GestureEnded, GestureId, OnSurface, PendingEdit, SplineEditRefused, SplineEdited, SurfaceSpline,
+};
+
+/// What was done and can be taken back.
+#[derive(Resource, Debug)]
+pub struct History {
+    undo: VecDeque<Entry>,
+    redo: Vec<Entry>,
+    /// An entry being played back, whose edits come round as [`SplineEdited`].
+    playing: Option<Playing>,
+    /// The newest inverse of each gesture that has not ended.
+    gestures: HashMap<GestureId, Entry>,
+    /// What is one entry until it ends.
+    group: Option<Group>,
+    /// Bytes that entries may take.
+    limit: usize,
+    /// How many entries were ever done and not undone: tells whether anything changed since.
+    position: u64,
+    /// The position at which the document was saved; none if that cannot be reached any more.
+    saved: Option<u64>,
+    /// Whether something that no entry holds has changed since.
+    touched: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    name: String,
+    /// Taken back from the last to the first.
+    steps: Vec<Step>,
+}
+
+/// What takes a part of an entry back.
+#[derive(Clone, Debug)]
+enum Step {
+    Edit(Entity, SplineEdit),
+    Shelve(Entity),
+    Unshelve(Entity),
+    /// Name and look.
+    Restyle(Entity, Curve),
+}
+
+impl Step {
+    fn spline(&self) -> Entity {
+        let (Self::Edit(spline, _) | Self::Shelve(spline) | Self::Unshelve(spline) | Self::Restyle(spline, _)) = self;
+        *spline
+    }
+}
+
+#[derive(Debug)]
+struct Playing {
+    name: String,
+    direction: Direction,
+    /// What is still to be played, the next one last.
+    left: Vec<Step>,
+    /// What plays the other way.
+    played: Vec<Step>,
+    /// The splines whose edits have been sent and have not come round.
+    awaited: Vec<Entity>,
+}
+
+/// Where an entry goes that was played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Direction {
+    Undo,
+    Redo,
+    /// Nowhere: a gesture was cancelled.
+    Back,
+}
+
+#[derive(Debug)]
+struct Group {
+    entry: Entry,
+    gestures: Vec<GestureId>,
+    is_ending: bool,
+    is_taken_back: bool,
+}
+
+/// Takes the last entry back; does nothing where there is none.
+#[derive(Message, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlayHistory {
+    /// Takes the last entry back.
+    Undo,
+    /// Does again what was taken back last.
+    Redo,
+}
+
+/// Entries may take so many bytes together, unless asked otherwise.
+const LIMIT: usize = 256 << 20;
+
+impl Default for History {
+    fn default() -> Self {
+        Self {
+            undo: VecDeque::new(),
+            redo: Vec::new(),
+            playing: None,
+            gestures: HashMap::new(),
+            group: None,
+            limit: LIMIT,
+            position: 0,
+            saved: Some(0),
+            touched: false,
+        }
+    }
+}
+
+impl History {
+    /// The names of what undo and redo would do.
+    pub fn names(&self) -> [Option<&str>; 2] {
+        [self.undo.back(), self.redo.last()].map(|entry| entry.map(|entry| entry.name.as_str()))
+    }
+
+    /// The names of all that can be undone, the oldest first, and of all that can be redone, the next one first.
+    pub fn all_names(&self) -> (impl ExactSizeIterator<Item = &str>, impl ExactSizeIterator<Item = &str>) {
+        (self.undo.iter().map(Entry::name), self.redo.iter().rev().map(Entry::name))
+    }
+
+    /// Whether an entry is being played back, is waiting for a gesture to end, or collects steps.
+    pub fn is_busy(&self) -> bool {
+        self.playing.is_some() || self.group.is_some() || !self.gestures.is_empty()
+    }
+
+    /// How many bytes entries may take together; the oldest are forgotten beyond.
+    pub fn set_limit(&mut self, bytes: usize) {
+        self.limit = bytes;
+    }
+
+    /// Makes one entry of everything that is done until [`end`](Self::end). A group that has not ended ends here.
+    pub fn begin(&mut self, name: impl Into<String>) {
+        self.end();
+        self.finish_group();
+        let entry = Entry { name: name.into(), steps: Vec::new() };
+        self.group = Some(Group { entry, gestures: Vec::new(), is_ending: false, is_taken_back: false });
+    }
+
+    /// Ends the group: what is on its way still belongs to it.
+    pub fn end(&mut self) {
+        if let Some(group) = &mut self.group {
+            group.is_ending = true;
+        }
+    }
+
+    /// Ends the group, and takes back what it did: no entry comes of it.
+    pub fn take_back(&mut self) {
+        if let Some(group) = &mut self.group {
+            (group.is_ending, group.is_taken_back) = (true, true);
+        }
+    }
+
+    /// Notes a spline that the user made.
+    pub(crate) fn note_added(&mut self, name: &str, spline: Entity) {
+        self.push(name, vec![Step::Shelve(spline)]);
+    }
+
+    /// Notes a spline that was taken off its surface.
+    pub(crate) fn note_removed(&mut self, name: &str, spline: Entity) {
+        self.push(name, vec![Step::Unshelve(spline)]);
+    }
+
+    /// Notes name and look of a curve before they changed.
+    pub(crate) fn note_restyled(&mut self, name: &str, spline: Entity, before: Curve) {
+        self.push(name, vec![Step::Restyle(spline, before)]);
+    }
+
+    /// Whether anything changed since the document was saved or opened.
+    pub fn is_dirty(&self) -> bool {
+        self.touched || self.saved != Some(self.position)
+    }
+
+    fn push(&mut self, name: &str, steps: Vec<Step>) {
+        match &mut self.group {
+            Some(group) => group.entry.steps.extend(steps),
+            None => self.note(Entry { name: name.into(), steps }),
+        }
+    }
+
+    fn note(&mut self, entry: Entry) {
+        if entry.steps.is_empty() {
+            return;
+        }
+        self.undo.push_back(entry);
+        self.redo.clear();
+        if self.saved.is_some_and(|saved| saved > self.position) {
+            self.saved = None; // it was among what could be redone
+        }
+        self.position += 1;
+        self.forget_oldest();
+    }
+
+    fn forget_oldest(&mut self) {
+        let mut bytes: usize = self.undo.iter().map(Entry::bytes).sum();
+        while bytes > self.limit
+            && self.undo.len() > 1
+            && let Some(oldest) = self.undo.pop_front()
+        {
+            bytes -= oldest.bytes();
+        }
+    }
+
+    /// The group becomes an entry once nothing of it is on its way.
+    fn finish_group(&mut self) {
+        let is_over = |group: &mut Group| group.is_ending && group.gestures.is_empty();
+        match self.group.take_if(is_over) {
+            Some(group) if group.is_taken_back => self.playing = Some(Playing::new(group.entry, Direction::Back)),
+            Some(group) => self.note(group.entry),
+            None => {}
+        }
+    }
+
+    /// Notes an undoable edit.
+    fn record(&mut self, edit: &SplineEdited, name: String, batch: &mut Option<Entry>) {
+        let step = Step::Edit(edit.entity, edit.inverse.clone());
+        if let Some(gesture) = edit.gesture {
+            self.gestures.insert(gesture, Entry { name, steps: vec![step] });
+            if let Some(group) = self.group.as_mut().filter(|group| !group.gestures.contains(&gesture)) {
+                group.gestures.push(gesture);
+            }
+        } else if let Some(group) = &mut self.group {
+            group.entry.steps.push(step);
+        } else if let Some(Entry { steps, .. }) = batch.as_mut().filter(|batch| batch.is_about(edit.entity)) {
+            steps.push(step);
+        } else if let Some(before) = batch.replace(Entry { name, steps: vec![step] }) {
+            self.note(before);
+        }
+    }
+
+    fn end_gesture(&mut self, end: &GestureEnded) {
+        let entry = self.gestures.remove(&end.gesture).filter(|_| !end.cancelled);
+        let group = self.group.as_mut().filter(|group| group.gestures.contains(&end.gesture));
+        match group {
+            Some(group) => {
+                group.gestures.retain(|gesture| *gesture != end.gesture);
+                group.entry.steps.extend(entry.into_iter().flat_map(|entry| entry.steps));
+            }
+            None => entry.into_iter().for_each(|entry| self.note(entry)),
+        }
+    }
+}
+
+impl Entry {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn is_about(&self, spline: Entity) -> bool {
+        self.steps.iter().all(|step| matches!(step, Step::Edit(of, _) if *of == spline))
+    }
+
+    /// About how much memory it holds.
+    fn bytes(&self) -> usize {
+        let anchors = |anchors: &[Anchor]| anchors.iter().map(anchor_bytes).sum::<usize>();
+        let edit = |edit: &SplineEdit| match edit {
+            SplineEdit::Restore(patch) => anchors(patch.anchors()),
+            SplineEdit::Replace(spline) | SplineEdit::Join { other: spline, .. } => anchors(spline.anchors()),
+            _ => 0,
+        };
+        let step = |step: &Step| match step {
+            Step::Edit(_, change) => edit(change),
+            _ => 0,
+        };
+        self.steps.iter().map(|s| size_of::<Step>() + step(s)).sum::<usize>() + self.name.len()
+    }
+}
+
+fn anchor_bytes(anchor: &Anchor) -> usize {
+    let legs = [Some(anchor.incoming().leg()), Some(anchor.outgoing().leg()), anchor.middle()];
+    let crossings: usize = legs.into_iter().flatten().map(|leg| size_of_val(leg.crossings())).sum();
+    size_of::<Anchor>() + crossings
+}
+
+pub(crate) fn plugin(app: &mut App) {
+    app.init_resource::<History>()
+        .add_message::<PlayHistory>()
+        .add_observer(give_up)
+        .add_systems(PreUpdate, (record, play).chain().in_set(HistorySystems));
+}
+
+/// Where what was edited in the frame before is remembered, and undo and redo begin: in `PreUpdate`.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct HistorySystems;
+
+fn record(
+    mut history: ResMut<History>,
+    mut edited: MessageReader<SplineEdited>,
+    mut ended: MessageReader<GestureEnded>,
+    curves: Query<&Curve>,
+) {
+    if edited.is_empty() && ended.is_empty() && history.group.is_none() {
+        return;
+    }
+    let mut batch: Option<Entry> = None;
+    for edit in edited.read() {
+        if edit.undoable {
+            let of = curves.get(edit.entity).ok().map(|curve| curve.name.as_str());
+            history.record(edit, name_of(&edit.edit, of), &mut batch);
+        } else if edit.gesture.is_none() {
+            history.come_round(edit);
+        }
+    }
+    batch.into_iter().for_each(|entry| history.note(entry));
+    ended.read().for_each(|end| history.end_gesture(end));
+    history.finish_group();
+}
+
+/// What playing an entry back needs.
+#[derive(SystemParam)]
+struct Player<'w, 's> {
+    commands: Commands<'w, 's>,
+    edits: MessageWriter<'w, EditSpline>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    shelved: Query<'w, 's, &'static Shelved>,
+    curves: Query<'w, 's, &'static Curve>,
+    waiting: Query<'w, 's, (), With<PendingEdit>>,
+    notices: ResMut<'w, Notices>,
+}
+
+fn play(mut history: ResMut<History>, mut asked: MessageReader<PlayHistory>, mut player: Player) {
+    let mut asked = asked.read();
+    loop {
+        if let Some(playing) = &mut history.playing {
+            if !playing.go_on(&mut player) {
+                // What else is asked has to be asked again: whoever holds the key down sees each step.
+                asked.for_each(drop);
+                return;
+            }
+            history.finish_playing();
+        }
+        let Some(ask) = asked.next() else { return };
+        history.begin_playing(*ask, &mut player);
+    }
+}
+
+impl History {
+    fn begin_playing(&mut self, ask: PlayHistory, player: &mut Player) {
+        let undoing = ask == PlayHistory::Undo;
+        let next = if undoing { self.undo.back() } else { self.redo.last() };
+        let Some(next) = next else { return };
+        // What is computed yet would come before what is taken back, and have another version of the spline under it.
+        let is_late = |step: &Step| matches!(step, Step::Edit(spline, _) if player.waiting.contains(*spline));
+        if self.group.is_some() || !self.gestures.is_empty() || next.steps.iter().any(is_late) {
+            player.notices.warn("The last edit is still being computed: undo and redo when it is done.");
+            return;
+        }
+        let entry = if undoing { self.undo.pop_back() } else { self.redo.pop() };
+        let direction = if undoing { Direction::Undo } else { Direction::Redo };
+        self.playing = entry.map(|entry| Playing::new(entry, direction));
+    }
+
+    /// An edit that was played back has come round, with the inverse that plays the other way.
+    fn come_round(&mut self, edited: &SplineEdited) {
+        let Some(playing) = &mut self.playing else { return };
+        if let Some(place) = playing.awaited.iter().position(|spline| *spline == edited.entity) {
+            playing.awaited.remove(place);
+            playing.played.push(Step::Edit(edited.entity, edited.inverse.clone()));
+        }
+    }
+
+    fn finish_playing(&mut self) {
+        let Some(Playing { name, direction, played, .. }) = self.playing.take() else { return };
+        let entry = Entry { name, steps: played };
+        match direction {
+            Direction::Undo => {
+                self.position -= 1;
+                self.redo.push(entry);
+            }
+            Direction::Redo => {
+                self.position += 1;
+                self.undo.push_back(entry);
+            }
+            Direction::Back => {}
+        }
+    }
+}
+
+impl Playing {
+    fn new(entry: Entry, direction: Direction) -> Self {
+        let Entry { name, steps } = entry;
+        let played = Vec::with_capacity(steps.len());
+        Self { name, direction, left: steps, played, awaited: Vec::new() }
+    }
+
+    /// Plays as far as it gets without waiting; whether all is played.
+    fn go_on(&mut self, player: &mut Player) -> bool {
+        // Edits are applied in the order in which they are sent; all else must find its spline as it is then.
+        let can_go =
+            |step: &Step, awaited: &[Entity]| matches!(step, Step::Edit(..)) || !awaited.contains(&step.spline());
+        while let Some(step) = self.left.pop_if(|step| can_go(step, &self.awaited)) {
+            self.play(step, player);
+        }
+        self.left.is_empty() && self.awaited.is_empty()
+    }
+
+    fn play(&mut self, step: Step, player: &mut Player) {
+        match step {
+            Step::Edit(spline, edit) => {
+                if player.splines.contains(spline) || player.shelved.contains(spline) {
+                    player.edits.write(EditSpline::new(spline, edit));
+                    self.awaited.push(spline);
+                }
+            }
+            Step::Shelve(spline) => {
+                if let Ok((curve, on)) = player.splines.get(spline) {
+                    curves::shelve(&mut player.commands, spline, curve, on.0);
+                    self.played.push(Step::Unshelve(spline));
+                }
+            }
+            Step::Unshelve(spline) => {
+                if let Ok(kept) = player.shelved.get(spline) {
+                    curves::unshelve(&mut player.commands, spline, kept);
+                    self.played.push(Step::Shelve(spline));
+                }
+            }
+            Step::Restyle(spline, curve) => {
+                if let Ok(now) = player.curves.get(spline) {
+                    self.played.push(Step::Restyle(spline, now.clone()));
+                    player.commands.entity(spline).try_insert(curve);
+                }
+            }
+        }
+    }
+}
+
+/// An edit that is played back and refused does not come round: a game has changed the spline without the history.
+fn give_up(refused: On<SplineEditRefused>, mut history: ResMut<History>, mut notices: ResMut<Notices>) {
+    if history.playing.as_ref().is_some_and(|playing| playing.awaited.contains(&refused.entity)) {
+        *history = History { limit: history.limit, touched: true, ..History::default() };
+        notices.warn("The curve was changed in other ways, so what came before cannot be taken back any more.");
+    }
+}
+
+/// What an edit is called: what was done, and to which curve.
+fn name_of(edit: &SplineEdit, curve: Option<&str>) -> String {
+    let what = match edit {
+        SplineEdit::MoveAnchor { anchor, .. } | SplineEdit::DragAnchor { anchor, .. } => {
+            format!("Move anchor {}", anchor + 1)
+        }
+        SplineEdit::MoveHandle { anchor, .. } | SplineEdit::DragHandle { anchor, .. } => {
+            format!("Move handle of anchor {}", anchor + 1)
+        }
+        SplineEdit::Append { .. } => "Add anchor".into(),
+        SplineEdit::Insert { .. } => "Insert anchor".into(),
+        SplineEdit::Delete { anchor } => format!("Delete anchor {}", anchor + 1),
+        SplineEdit::SetJoin { anchor, .. } => format!("Join of anchor {}", anchor + 1),
+        SplineEdit::Straighten { segment } => format!("Straighten segment {}", segment + 1),
+        SplineEdit::Close => "Close".into(),
+        SplineEdit::Open { anchor } => format!("Open at anchor {}", anchor + 1),
+        SplineEdit::Reverse => "Reverse".into(),
+        SplineEdit::Cut { anchor, .. } => format!("Cut at anchor {}", anchor + 1),
+        SplineEdit::Join { .. } => "Join splines".into(),
+        SplineEdit::SetScheme(_) => "Change scheme".into(),
+        SplineEdit::SetJumps(_) => "Change what happens at jumps".into(),
+        _ => "Edit".into(),
+    };
+    curve.map_or(what.clone(), |curve| format!("{what} of {curve}"))
+}
+
+/// Forgets everything, and splines that only the history kept; for another document.
+pub(crate) fn clear(commands: &mut Commands, history: &mut History, shelved: &Query<Entity, With<Shelved>>) {
+    *history = History { limit: history.limit, ..History::default() };
+    shelved.iter().for_each(|entity| commands.entity(entity).despawn());
+}

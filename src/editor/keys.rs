@@ -1,0 +1,144 @@
+//! The key map: which key asks for what. The table is what keys do and what the help shows, so that the two agree.
+
+use bevy::prelude::*;
+
+use super::actions::EditorAction;
+use super::input::{Modifiers, keyboard_is_free};
+use super::tools::Tool;
+use crate::plugin::DragState;
+
+/// A key, what must be held with it, and what it asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct Binding {
+    /// The key by its place on the keyboard.
+    pub key: KeyCode,
+    /// With Ctrl (or the command key), and with Shift.
+    pub control: bool,
+    /// With Shift.
+    pub shift: bool,
+    /// How it is written.
+    pub label: &'static str,
+    /// What it does.
+    pub meaning: &'static str,
+    /// What it asks for; none where another part of the editor reads the key itself.
+    pub(crate) action: Option<fn() -> EditorAction>,
+    /// Under which heading the help shows it.
+    pub section: &'static str,
+}
+
+/// A line of help about something that is no single key.
+#[derive(Clone, Copy, Debug)]
+pub struct Hint {
+    /// What one does.
+    pub label: &'static str,
+    /// What comes of it.
+    pub meaning: &'static str,
+    /// Under which heading the help shows it.
+    pub section: &'static str,
+}
+
+const fn key(key: KeyCode, label: &'static str, meaning: &'static str, section: &'static str) -> Binding {
+    Binding { key, control: false, shift: false, label, meaning, action: None, section }
+}
+
+impl Binding {
+    const fn control(self) -> Self {
+        Self { control: true, ..self }
+    }
+
+    const fn shift(self) -> Self {
+        Self { shift: true, ..self }
+    }
+
+    const fn asks(self, action: fn() -> EditorAction) -> Self {
+        Self { action: Some(action), ..self }
+    }
+}
+
+const TOOLS: &str = "Tools";
+const EDIT: &str = "Edit";
+const VIEW: &str = "View";
+const PANEL: &str = "Panel";
+
+/// All keys.
+pub const BINDINGS: &[Binding] = &[
+    key(KeyCode::KeyV, "V", "Select and move", TOOLS).asks(|| EditorAction::Take(Tool::Select)),
+    key(KeyCode::KeyP, "P", "Pen", TOOLS).asks(|| EditorAction::Take(Tool::Pen)),
+    key(KeyCode::KeyN, "N", "Freehand", TOOLS).asks(|| EditorAction::Take(Tool::Freehand)),
+    key(KeyCode::KeyI, "I", "Insert anchors", TOOLS).asks(|| EditorAction::Take(Tool::Insert)),
+    key(KeyCode::KeyD, "D", "Place a drawing", TOOLS).asks(|| EditorAction::Take(Tool::Drawing)),
+    key(KeyCode::KeyC, "C", "Join of the selected anchors, in turn; without one, the tool that does so", TOOLS)
+        .asks(|| EditorAction::CycleJoin),
+    key(KeyCode::Enter, "Enter", "End the pen", TOOLS).asks(|| EditorAction::Take(Tool::Select)),
+    key(KeyCode::Escape, "Escape", "Take a gesture back; end the pen", TOOLS).asks(|| EditorAction::Take(Tool::Select)),
+    key(KeyCode::KeyX, "X, Delete", "Delete the selected anchors, or the curves", EDIT).asks(|| EditorAction::Delete),
+    key(KeyCode::KeyX, "Shift+X", "Delete the segment behind the active anchor", EDIT)
+        .shift()
+        .asks(|| EditorAction::DeleteSegment),
+    key(KeyCode::KeyO, "O", "Close the curve, or open it at the active anchor", EDIT)
+        .asks(|| EditorAction::ToggleClosed),
+    key(KeyCode::KeyK, "K", "Cut the curve in two at the active anchor", EDIT).asks(|| EditorAction::Split),
+    key(KeyCode::KeyJ, "J", "Join two curves at their nearest ends", EDIT).asks(|| EditorAction::JoinSplines),
+    key(KeyCode::KeyR, "Shift+R", "Let the curve run the other way", EDIT).shift().asks(|| EditorAction::Reverse),
+    key(KeyCode::KeyL, "L", "Straighten the segment behind the active anchor", EDIT).asks(|| EditorAction::Straighten),
+    key(KeyCode::KeyA, "Ctrl+A", "Select all curves", EDIT).control().asks(|| EditorAction::SelectAll),
+    key(KeyCode::KeyZ, "Ctrl+Z", "Undo", EDIT).control().asks(|| EditorAction::Undo),
+    key(KeyCode::KeyZ, "Ctrl+Shift+Z", "Redo", EDIT).control().shift().asks(|| EditorAction::Redo),
+    key(KeyCode::KeyY, "Ctrl+Y", "Redo", EDIT).control().asks(|| EditorAction::Redo),
+    key(KeyCode::KeyF, "F", "Frame the selection, or the model", VIEW),
+    key(KeyCode::Digit1, "1, 3, 7", "From the front, the right, the top", VIEW),
+    key(KeyCode::Digit5, "5", "Orthographic or perspective", VIEW),
+    key(KeyCode::Tab, "Tab", "Hide or show the panel", PANEL),
+    key(KeyCode::F6, "F6", "Take the keyboard to the panel; Escape leaves", PANEL),
+    key(KeyCode::F1, "?, F1", "This help", PANEL),
+];
+
+/// What one does with the pointer.
+pub const HINTS: &[Hint] = &[
+    Hint { label: "Shift+click", meaning: "Add to the selection, or take out of it", section: EDIT },
+    Hint { label: "Click again", meaning: "Take what is behind, at the same place", section: EDIT },
+    Hint { label: "Alt, dragging a handle", meaning: "Free it from its partner", section: EDIT },
+    Hint { label: "Ctrl, dragging a handle", meaning: "Turn it in steps of 15°", section: EDIT },
+    Hint { label: "Shift, dragging a handle", meaning: "Keep its direction", section: EDIT },
+    Hint { label: "Middle drag, Alt+left drag", meaning: "Orbit about the point under the pointer", section: VIEW },
+    Hint { label: "Shift+middle drag", meaning: "Pan", section: VIEW },
+    Hint { label: "Wheel, pinch", meaning: "Zoom to the pointer", section: VIEW },
+    Hint { label: "Two fingers", meaning: "Orbit; with Shift pan", section: VIEW },
+];
+
+pub(crate) fn plugin(app: &mut App) {
+    app.add_systems(Update, strike.run_if(keyboard_is_free));
+}
+
+fn strike(keys: Res<ButtonInput<KeyCode>>, drag: Res<DragState>, mut actions: MessageWriter<EditorAction>) {
+    // A drag ends first; Escape cancels it.
+    if drag.held().is_some() {
+        return;
+    }
+    let Modifiers { control, shift, .. } = Modifiers::of(&keys);
+    for struck in keys.get_just_pressed() {
+        let key = match struck {
+            KeyCode::Delete | KeyCode::Backspace => KeyCode::KeyX,
+            KeyCode::NumpadEnter => KeyCode::Enter,
+            other => *other,
+        };
+        let found = BINDINGS.iter().find(|b| b.key == key && b.control == control && b.shift == shift);
+        if let Some(action) = found.and_then(|binding| binding.action) {
+            actions.write(action());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things() {
+        for (i, a) in BINDINGS.iter().enumerate() {
+            for b in &BINDINGS[i + 1..] {
+                assert!((a.key, a.control, a.shift) != (b.key, b.control, b.shift), "{} and {}", a.label, b.label);
+            }
+        }
+    }
+}

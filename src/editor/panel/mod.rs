@@ -1,0 +1,184 @@
+//! The panel of egui: a tool strip at the left, tabs at the right, the status line, notices, help.
+//!
+//! It shows what resources and components say, and asks for changes by messages, as any other system could.
+
+use bevy::prelude::*;
+use bevy_egui::input::EguiWantsInput;
+use bevy_egui::{EguiContexts, EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, EguiPrimaryContextPass, egui};
+
+use super::actions::EditorAction;
+use super::input::{FreeView, PanelInput, keyboard_is_free};
+use super::notices::Notices;
+use crate::plugin::SurfaceSplineSystems;
+
+pub(crate) mod help;
+pub(crate) mod history;
+pub(crate) mod marks;
+pub(crate) mod notices;
+pub(crate) mod properties;
+pub(crate) mod scene;
+pub(crate) mod scheme;
+pub(crate) mod statistics;
+pub(crate) mod status;
+pub(crate) mod strip;
+pub(crate) mod theme;
+
+use marks::Marks;
+use status::Status;
+
+const WIDTH: f32 = 272.0;
+
+/// What the panel shows.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub(crate) struct Layout {
+    pub(crate) panel_hidden: bool,
+    pub(crate) help: bool,
+    /// Whether the keyboard is to go into the panel.
+    pub(crate) focus_panel: bool,
+    pub(crate) tab: Tab,
+    /// What is searched in the help.
+    pub(crate) search: String,
+    /// The path in the panel's field.
+    pub(crate) path: String,
+    /// The spline that is being renamed, and its name so far.
+    pub(crate) renaming: Option<(Entity, String)>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Tab {
+    #[default]
+    Scene,
+    Properties,
+    Statistics,
+    History,
+}
+
+impl Tab {
+    const ALL: [(Self, &str); 4] = [
+        (Self::Scene, "Scene"),
+        (Self::Properties, "Properties"),
+        (Self::Statistics, "Numbers"),
+        (Self::History, "History"),
+    ];
+}
+
+pub(crate) fn plugin(app: &mut App) {
+    let before_all = (take_tab, keep_input).after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass);
+    app.init_resource::<Layout>()
+        .configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(SurfaceSplineSystems::Controls))
+        .add_plugins(theme::plugin)
+        .add_systems(PreUpdate, before_all)
+        .add_systems(Update, strike.run_if(keyboard_is_free))
+        .add_systems(EguiPrimaryContextPass, show);
+}
+
+/// Tells everybody else what the panel keeps for itself.
+fn keep_input(egui: Res<EguiWantsInput>, mut panel: ResMut<PanelInput>) {
+    let now = PanelInput { pointer: egui.wants_any_pointer_input(), keyboard: egui.wants_any_keyboard_input() };
+    panel.set_if_neq(now);
+}
+
+/// Tab hides the panel, unless the keyboard is in the panel already, where it goes on to the next field. egui would move
+/// there by itself.
+fn take_tab(egui: Res<EguiWantsInput>, mut inputs: Query<&mut EguiInput>) {
+    if egui.wants_any_keyboard_input() {
+        return;
+    }
+    for mut input in &mut inputs {
+        input.events.retain(|event| !matches!(event, egui::Event::Key { key: egui::Key::Tab, .. }));
+    }
+}
+
+fn strike(
+    keys: Res<ButtonInput<KeyCode>>,
+    typed: Res<ButtonInput<bevy::input::keyboard::Key>>,
+    mut layout: ResMut<Layout>,
+) {
+    use bevy::input::keyboard::Key;
+    // Where the question mark is depends on the keyboard's layout.
+    if keys.just_pressed(KeyCode::F1) || typed.just_pressed(Key::Character("?".into())) {
+        (layout.help, layout.search) = (!layout.help, String::new());
+    } else if keys.just_pressed(KeyCode::Escape) && layout.help {
+        layout.help = false;
+    }
+    if keys.just_pressed(KeyCode::Tab) {
+        layout.panel_hidden = !layout.panel_hidden;
+    }
+    if keys.just_pressed(KeyCode::F6) {
+        (layout.panel_hidden, layout.focus_panel) = (false, true);
+    }
+}
+
+/// What the tabs show.
+type Tabs<'w, 's> =
+    (scene::Scene<'w, 's>, properties::Properties<'w, 's>, statistics::Statistics<'w, 's>, history::Entries<'w>);
+
+fn show(
+    mut contexts: EguiContexts,
+    (mut layout, mut free_view): (ResMut<Layout>, ResMut<FreeView>),
+    marks: Marks,
+    tabs: Tabs,
+    status: Status,
+    mut notices: ResMut<Notices>,
+    mut actions: MessageWriter<EditorAction>,
+) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    let window = ctx.viewport_rect();
+    marks::paint(ctx, &marks);
+    let hidden = layout.panel_hidden;
+    let left = if hidden { window.left() } else { strip::show(ctx, window, &status, &mut actions) };
+    let right = if hidden { window.right() } else { window.right() - WIDTH.min(0.5 * window.width()) };
+    let below = egui::Rect::from_min_max(egui::pos2(left, window.top()), egui::pos2(right, window.bottom()));
+    let bottom = status::show(ctx, below, &status);
+    if !hidden {
+        show_panel(ctx, window, right, &mut layout, tabs, &mut actions);
+    }
+    notices::show(ctx, right, &mut notices);
+    if layout.help {
+        layout.help = help::show(ctx, &mut layout.search);
+    }
+    let free = FreeView(Some(Rect::new(left, window.top(), right, bottom)));
+    free_view.set_if_neq(free);
+    Ok(())
+}
+
+fn show_panel(
+    ctx: &egui::Context,
+    window: egui::Rect,
+    left: f32,
+    layout: &mut Layout,
+    (mut scene, properties, mut statistics, entries): Tabs,
+    actions: &mut MessageWriter<EditorAction>,
+) {
+    // An area, not a panel: so egui knows when the pointer is on it.
+    egui::Area::new("panel".into()).fixed_pos(egui::pos2(left, window.top())).show(ctx, |ui| {
+        theme::panel().show(ui, |ui| {
+            let size = egui::vec2(window.right() - left - 30.0, window.height() - 22.0);
+            ui.set_min_size(size);
+            ui.set_max_size(size);
+            show_tabs(ui, layout);
+            ui.separator();
+            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match layout.tab {
+                Tab::Scene => scene::show(ui, layout, &mut scene, actions),
+                Tab::Properties => properties::show(ui, &properties, actions),
+                Tab::Statistics => statistics::show(ui, &mut statistics),
+                Tab::History => history::show(ui, &entries, actions),
+            });
+        });
+    });
+}
+
+fn show_tabs(ui: &mut egui::Ui, layout: &mut Layout) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for (tab, name) in Tab::ALL {
+            let label = ui.selectable_label(layout.tab == tab, name);
+            if layout.tab == tab && std::mem::take(&mut layout.focus_panel) {
+                label.request_focus();
+            }
+            if label.clicked() {
+                layout.tab = tab;
+            }
+        }
+    });
+}

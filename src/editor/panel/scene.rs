@@ -1,0 +1,135 @@
+//! The tab of the scene: the model, its splines, files.
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::egui;
+
+use super::{Layout, theme};
+use crate::editor::actions::EditorAction;
+use crate::editor::curves::Curve;
+use crate::editor::model::{Model, OpenModel};
+use crate::editor::selection::Selection;
+use crate::plugin::{SplineState, SurfaceSpline};
+
+/// What the tab shows.
+#[derive(SystemParam)]
+pub(crate) struct Scene<'w, 's> {
+    models: Query<'w, 's, &'static Model>,
+    curves: Query<'w, 's, (Entity, &'static Curve, &'static SplineState), With<SurfaceSpline>>,
+    selection: Res<'w, Selection>,
+    opens: Option<MessageWriter<'w, OpenModel>>,
+}
+
+pub(crate) fn show(
+    ui: &mut egui::Ui,
+    layout: &mut Layout,
+    scene: &mut Scene,
+    actions: &mut MessageWriter<EditorAction>,
+) {
+    for model in &scene.models {
+        ui.add(egui::Label::new(egui::RichText::new(&model.name).weak()).truncate());
+    }
+    show_list(ui, layout, scene, actions);
+    ui.horizontal(|ui| {
+        if ui.button("+ New spline").on_hover_text("Takes the pen; click on the model").clicked() {
+            actions.write(EditorAction::BeginSpline);
+        }
+        let Some(opens) = &mut scene.opens else { return };
+        ui.menu_button("Open …", |ui| {
+            ui.set_min_width(260.0);
+            ui.label("Path of an OBJ, STL, PLY, OFF, glTF or GLB file:");
+            let field = ui.add(egui::TextEdit::singleline(&mut layout.path).desired_width(250.0));
+            let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            if (ui.button("Open").clicked() || entered) && !layout.path.trim().is_empty() {
+                opens.write(OpenModel::File(layout.path.trim().into()));
+                ui.close();
+            }
+            ui.label(egui::RichText::new("or drop a file on the window").weak());
+        });
+    });
+}
+
+fn show_list(ui: &mut egui::Ui, layout: &mut Layout, scene: &Scene, actions: &mut MessageWriter<EditorAction>) {
+    let mut curves: Vec<_> = scene.curves.iter().collect();
+    curves.sort_by_key(|(_, curve, _)| curve.number);
+    if curves.is_empty() {
+        ui.label(egui::RichText::new("No splines yet").weak());
+    }
+    // Thousands of rows would take longer to lay out than a frame has.
+    let height = ui.text_style_height(&egui::TextStyle::Button) + 8.0;
+    let rows = egui::ScrollArea::vertical().max_height(320.0).auto_shrink([false, true]);
+    rows.show_rows(ui, height, curves.len(), |ui, shown| {
+        for (entity, curve, state) in &curves[shown] {
+            show_row(ui, layout, scene, (*entity, curve, state), actions);
+        }
+    });
+}
+
+fn show_row(
+    ui: &mut egui::Ui,
+    layout: &mut Layout,
+    scene: &Scene,
+    (entity, curve, state): (Entity, &Curve, &SplineState),
+    actions: &mut MessageWriter<EditorAction>,
+) {
+    let selected = scene.selection.has_spline(entity);
+    let mut changed = curve.clone();
+    ui.horizontal(|ui| {
+        let mut rgb = curve.color.to_srgba().to_f32_array_no_alpha();
+        ui.spacing_mut().interact_size = egui::vec2(16.0, 16.0);
+        if ui.color_edit_button_rgb(&mut rgb).on_hover_text("Its colour where it is not selected").changed() {
+            changed.color = Color::srgb_from_array(rgb);
+        }
+        if let SplineState::Failed { reason } = state {
+            ui.label(egui::RichText::new("⚠").color(theme::ERROR)).on_hover_text(reason);
+        }
+        if layout.renaming.as_ref().is_some_and(|(renamed, _)| *renamed == entity) {
+            rename(ui, layout, &mut changed);
+        } else {
+            let text = if curve.is_free() {
+                egui::RichText::new(&curve.name)
+            } else {
+                egui::RichText::new(&curve.name).weak()
+            };
+            let label =
+                ui.selectable_label(selected, text).on_hover_text("Shift adds to the selection; double-click renames");
+            if label.double_clicked() {
+                layout.renaming = Some((entity, curve.name.clone()));
+            } else if label.clicked() {
+                let shift = ui.input(|input| input.modifiers.shift);
+                actions.write(if shift { EditorAction::Toggle(entity) } else { EditorAction::Select(entity) });
+            }
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if ui.small_button("×").on_hover_text("Remove this spline").clicked() {
+                actions.write(EditorAction::Remove(entity));
+            }
+            let hide = ui.selectable_label(curve.hidden, if curve.hidden { "–" } else { "👁" });
+            if hide.on_hover_text("Hide or show").clicked() {
+                changed.hidden = !changed.hidden;
+            }
+            let lock = ui.selectable_label(curve.locked, if curve.locked { "🔒" } else { "🔓" });
+            if lock.on_hover_text("Locked, no tool touches it").clicked() {
+                changed.locked = !changed.locked;
+            }
+        });
+    });
+    if changed != *curve {
+        actions.write(EditorAction::Restyle(entity, changed));
+    }
+}
+
+/// The field in which a name is changed; Enter or a click elsewhere keeps it, Escape does not.
+fn rename(ui: &mut egui::Ui, layout: &mut Layout, curve: &mut Curve) {
+    let Some((_, name)) = &mut layout.renaming else { return };
+    let field = ui.add(egui::TextEdit::singleline(name).desired_width(90.0));
+    if field.lost_focus() {
+        let keeps = !ui.input(|input| input.key_pressed(egui::Key::Escape)) && !name.trim().is_empty();
+        if keeps {
+            curve.name = name.trim().chars().take(200).collect();
+        }
+        layout.renaming = None;
+    } else {
+        field.request_focus();
+    }
+}

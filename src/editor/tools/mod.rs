@@ -1,0 +1,124 @@
+//! Tools: what presses, drags and clicks on the model mean. Dragging single control points is the plugin's.
+
+use bevy::picking::PickingSystems;
+use bevy::prelude::*;
+
+use super::input::Modifiers;
+use super::selection::Selection;
+use crate::plugin::{ControlKind, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
+
+pub(crate) mod insert;
+pub(crate) mod join;
+pub(crate) mod pen;
+pub(crate) mod pointer;
+pub(crate) mod select;
+
+pub(crate) use pointer::{Moment, PointerEvent, Target, ToolPointer};
+
+/// What the pointer is used for.
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[reflect(Resource, Default, Clone, Debug, PartialEq, Hash)]
+pub enum Tool {
+    /// Selects what is clicked or in a box, and moves what is dragged.
+    #[default]
+    Select,
+    /// Adds anchors: corners by clicks, smooth ones by dragging their handles out.
+    Pen,
+    /// Draws a line by hand, which becomes a spline.
+    Freehand,
+    /// Adds an anchor to a curve, which keeps its shape.
+    Insert,
+    /// Changes the joins of anchors.
+    Join,
+    /// Places a drawing.
+    Drawing,
+}
+
+impl Tool {
+    /// All tools in the order of the tool strip.
+    pub const ALL: [Self; 6] = [Self::Select, Self::Pen, Self::Freehand, Self::Insert, Self::Join, Self::Drawing];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Select => "Select",
+            Self::Pen => "Pen",
+            Self::Freehand => "Freehand",
+            Self::Insert => "Insert",
+            Self::Join => "Join kind",
+            Self::Drawing => "Drawing",
+        }
+    }
+
+    /// What one does with it.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Select => "Click selects, Shift adds, drag moves, a drag from empty space is a box",
+            Self::Pen => "Click adds a corner, press and drag a smooth anchor; click the first anchor to close",
+            Self::Freehand => "Drag draws; the line becomes a spline within the tolerance",
+            Self::Insert => "Click on a curve adds an anchor there, and the curve stays",
+            Self::Join => "Click on an anchor: corner, smooth, mirrored, automatic, in turn",
+            Self::Drawing => "Choose an SVG; wheel scales, Shift and wheel turn, a click places it",
+        }
+    }
+}
+
+/// Whether the wheel belongs to a tool, and not to the camera.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TakesWheel(pub(crate) bool);
+
+/// Where tools look at input, in `PreUpdate`, and where they act, in `Update`.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ToolSystems;
+
+pub(crate) fn plugin(app: &mut App) {
+    app.register_type::<Tool>()
+        .init_resource::<Tool>()
+        .init_resource::<ToolPointer>()
+        .init_resource::<TakesWheel>()
+        .init_resource::<pen::PenStart>()
+        .init_resource::<select::BoxSelection>()
+        .init_resource::<insert::InsertPreview>()
+        .add_systems(
+            PreUpdate,
+            (pointer::read_pointer, leave_to_tools)
+                .chain()
+                .after(PickingSystems::Last)
+                .after(bevy::input::InputSystems)
+                .before(SurfaceSplineSystems::Drag),
+        )
+        .add_systems(Update, (select::select, pen::draw, insert::insert, join::click).chain().in_set(ToolSystems));
+}
+
+/// The plugin drags single control points, but not those that a tool wants for itself: with Alt a drag orbits, and of several
+/// selected anchors all are moved.
+fn leave_to_tools(
+    keys: Res<ButtonInput<KeyCode>>,
+    drag: Res<DragState>,
+    pointer: Res<ToolPointer>,
+    (tool, selection): (Res<Tool>, Res<Selection>),
+    mut settings: ResMut<DragSettings>,
+    mut picking: ResMut<SplinePickingSettings>,
+) {
+    if *drag == DragState::Idle {
+        let alt = Modifiers::of(&keys).alt;
+        let pressed = pointer.events.iter().find_map(|event| match event {
+            PointerEvent::Press { at, .. } => Some(at),
+            _ => None,
+        });
+        let is_tools = pressed.or(pointer.held().as_ref()).is_some_and(|moment| match *tool {
+            Tool::Select => select::moves_selection(moment, &selection),
+            Tool::Pen => false,
+            _ => true,
+        });
+        settings.set_if_neq(DragSettings { enabled: !alt && !is_tools, ..*settings });
+    }
+    // Of control points at one place, the one that is selected is meant.
+    let active = selection.spline().zip(selection.anchor());
+    let preferred = active.map(|(spline, anchor)| (spline, ControlKind::Anchor(anchor)));
+    let preferred =
+        preferred.filter(|_| picking.preferred.is_none_or(|(_, kind)| matches!(kind, ControlKind::Anchor(_))));
+    if picking.preferred != preferred {
+        picking.preferred = preferred;
+    }
+}

@@ -1,0 +1,4 @@
+//! What the viewport shows: curves and legs as lines, and the stage around the model.
+
+pub(crate) mod draw;
+pub(crate) mod stage;

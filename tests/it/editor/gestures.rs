@@ -1,0 +1,203 @@
+//! Random gestures, and the history they leave.
+
+use bevy::prelude::*;
+use bevy_surface_splines::curve::TraceWorkspace;
+use bevy_surface_splines::editor::EditorAction;
+use bevy_surface_splines::plugin::ControlKind;
+use bevy_surface_splines::prelude::*;
+
+use super::{CENTRE, Studio};
+use crate::plugin::Random;
+use crate::plugin::drags::bits;
+
+/// More anchors than this are not kept alive.
+const MOST_ANCHORS: usize = 200;
+/// So many gestures are taken back and done again at a time.
+const ROUND: usize = 100;
+
+/// Somewhere on the sphere, or off it.
+fn somewhere(random: &mut Random) -> Vec2 {
+    let angle = random.share() * std::f32::consts::TAU;
+    CENTRE + 380.0 * random.share().sqrt() * Vec2::from_angle(angle)
+}
+
+/// Somewhere near: an anchor, a handle, or a curve if there is one.
+fn on_something(studio: &mut Studio, random: &mut Random) -> Vec2 {
+    let splines = studio.splines();
+    if splines.is_empty() || random.below(4) == 0 {
+        return somewhere(random);
+    }
+    let (_, spline) = &splines[random.below(splines.len() as u32) as usize];
+    let kinds = ControlKind::all(spline);
+    let point = kinds[random.below(kinds.len() as u32) as usize].point(spline);
+    point.map_or(CENTRE, |point| studio.pixel(point)) + 6.0 * Vec2::new(random.signed(), random.signed())
+}
+
+fn way(from: Vec2, random: &mut Random) -> Vec<Vec2> {
+    let step = Vec2::new(random.signed(), random.signed()) * 60.0;
+    (0..=3u8).map(|i| from + f32::from(i) / 3.0 * step).collect()
+}
+
+/// Selects an anchor, if there is one to be seen.
+fn take_an_anchor(studio: &mut Studio, random: &mut Random) {
+    let splines = studio.splines();
+    if splines.is_empty() {
+        return;
+    }
+    let (entity, spline) = &splines[random.below(splines.len() as u32) as usize];
+    let anchor = &spline.anchors()[random.below(spline.anchors().len() as u32) as usize];
+    let place = studio.pixel(anchor.point());
+    studio.strike(KeyCode::KeyV);
+    studio.act(EditorAction::Select(*entity));
+    studio.settle();
+    studio.click(place);
+}
+
+/// Something a user might do; what it was.
+fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
+    let anchors: usize = studio.splines().iter().map(|(_, spline)| spline.anchors().len()).sum();
+    if anchors > MOST_ANCHORS {
+        studio.control(KeyCode::KeyA);
+        studio.strike(KeyCode::Delete);
+        return "delete all";
+    }
+    let held = random.below(8) == 0;
+    if held {
+        studio.hand.hold(&mut studio.app, KeyCode::ShiftLeft);
+    }
+    let what = match random.below(14) {
+        0 => {
+            studio.strike(KeyCode::KeyP);
+            for _ in 0..=random.below(3) {
+                let place = somewhere(random);
+                studio.click(place);
+            }
+            "pen clicks"
+        }
+        1 => {
+            studio.strike(KeyCode::KeyP);
+            let places = way(somewhere(random), random);
+            studio.drag(&places);
+            "pen drag"
+        }
+        2..=5 => {
+            studio.strike(KeyCode::KeyV);
+            let places = way(on_something(studio, random), random);
+            studio.drag(&places);
+            "drag"
+        }
+        6 => {
+            take_an_anchor(studio, random);
+            let place = on_something(studio, random);
+            studio.click(place);
+            "click"
+        }
+        7 => {
+            studio.strike(KeyCode::KeyI);
+            let place = on_something(studio, random);
+            studio.click(place);
+            "insert"
+        }
+        8 => {
+            take_an_anchor(studio, random);
+            let key = [KeyCode::KeyC, KeyCode::KeyO, KeyCode::KeyK, KeyCode::KeyJ, KeyCode::KeyL];
+            studio.strike(key[random.below(5) as usize]);
+            "edit"
+        }
+        9 => {
+            take_an_anchor(studio, random);
+            studio.shift(KeyCode::KeyR);
+            "reverse"
+        }
+        10 => {
+            studio.strike(KeyCode::KeyX);
+            "delete"
+        }
+        11 => {
+            take_an_anchor(studio, random);
+            studio.shift(KeyCode::KeyX);
+            "delete segment"
+        }
+        12 => {
+            // Taken back half way.
+            studio.strike(KeyCode::KeyV);
+            let places = way(on_something(studio, random), random);
+            for (index, place) in places.into_iter().enumerate() {
+                studio.hand.move_to(&mut studio.app, place);
+                if index == 0 {
+                    studio.hand.press(&mut studio.app, MouseButton::Left);
+                }
+            }
+            studio.strike(KeyCode::Escape);
+            studio.hand.release(&mut studio.app, MouseButton::Left);
+            "cancelled drag"
+        }
+        _ => {
+            take_an_anchor(studio, random);
+            let scheme = if random.below(2) == 0 { Scheme::de_casteljau() } else { Scheme::lane_riesenfeld() };
+            studio.act(EditorAction::SetScheme(scheme.with_levels(3)));
+            "scheme"
+        }
+    };
+    if held {
+        studio.hand.let_go(&mut studio.app, KeyCode::ShiftLeft);
+    }
+    what
+}
+
+/// How many entries could be undone.
+fn depth(studio: &Studio) -> usize {
+    let (done, _) = studio.app.world().resource::<bevy_surface_splines::editor::History>().all_names();
+    done.len()
+}
+
+fn check_traces(studio: &mut Studio) {
+    let world = studio.app.world_mut();
+    let mut query = world.query::<(&SurfaceSpline, &SplineTrace, &OnSurface)>();
+    let surfaces: Vec<_> =
+        query.iter(world).map(|(spline, trace, on)| ((**spline).clone(), trace.trace().clone(), on.0)).collect();
+    for (spline, trace, on) in surfaces {
+        let surface = world.get::<BuiltSurface>(on).expect("a surface");
+        let scratch = spline.trace(surface, &mut TraceWorkspace::default(), None).expect("a trace");
+        assert_eq!(bits(&trace), bits(&scratch), "traces equal those from scratch");
+    }
+}
+
+fn campaign(seed: u64, gestures: usize) {
+    println!("seed {seed}, {gestures} gestures");
+    let mut random = Random(seed);
+    let mut studio = Studio::with_sphere();
+    let start = studio.document();
+    let mut checkpoint = (start.clone(), 0);
+    for count in 1..=gestures {
+        let what = gesture(&mut studio, &mut random);
+        studio.settle();
+        if count % ROUND != 0 {
+            continue;
+        }
+        println!("{count}: {what}, {} entries", depth(&studio));
+        let now = studio.document();
+        check_traces(&mut studio);
+        let entries = depth(&studio) - checkpoint.1;
+        (0..entries).for_each(|_| studio.undo());
+        assert_eq!(studio.document(), checkpoint.0, "undone to the last round");
+        check_traces(&mut studio);
+        (0..entries).for_each(|_| studio.redo());
+        assert_eq!(studio.document(), now, "the document is the one that its history rebuilds");
+        checkpoint = (now, depth(&studio));
+    }
+    let end = studio.document();
+    let entries = depth(&studio);
+    assert!(entries > gestures / 4, "{entries} entries of {gestures} gestures");
+    (0..entries).for_each(|_| studio.undo());
+    assert_eq!(studio.document(), start);
+    (0..entries).for_each(|_| studio.redo());
+    assert_eq!(studio.document(), end);
+    check_traces(&mut studio);
+}
+
+#[test]
+fn random_gestures_are_undone_and_redone() {
+    // Ten thousand where the compiler has done its best.
+    if cfg!(debug_assertions) { campaign(1, 500) } else { campaign(1, 10_000) }
+}
