@@ -10,6 +10,7 @@ mod casteljau;
 mod comparison;
 mod curvature;
 mod edit;
+mod fit;
 mod handles;
 mod lane_riesenfeld;
 mod piece;
@@ -25,6 +26,7 @@ mod tracer;
 
 pub use b_spline::{Conversion, Interpolation};
 pub use edit::{EditError, HandleSide, Insertion, JumpPolicy, SplineEdit, SplineEnd, SplinePatch};
+pub use fit::{DrawnLine, Fit, FitError, FitOptions};
 pub use scheme::{Method, Sampling, Scheme};
 pub use spline::{Anchor, Handle, Join, Spline, SplineError, SplineT};
 pub use trace::{Jump, NearestOnTrace, SegmentTrace, Trace, TraceBound};

@@ -4,6 +4,7 @@ mod adaptive;
 mod b_splines;
 mod comparison;
 mod edits;
+mod fitting;
 mod jumps;
 mod nasty;
 mod plane;
