@@ -203,6 +203,7 @@ fn name_of(edit: &SplineEdit) -> String {
         SplineEdit::Reverse => "Reverse".into(),
         SplineEdit::Cut { anchor, .. } => format!("Cut at anchor {}", anchor + 1),
         SplineEdit::Join { .. } => "Join splines".into(),
+        SplineEdit::Transform(_) => "Transform".into(),
         SplineEdit::SetScheme(_) => "Change scheme".into(),
         SplineEdit::SetJumps(_) => "Change what happens at jumps".into(),
         _ => "Edit".into(),

@@ -5,10 +5,13 @@ mod jumps;
 mod patch;
 mod points;
 mod structure;
+mod transform;
 
 pub use insert::Insertion;
 pub use jumps::JumpPolicy;
 pub use patch::SplinePatch;
+pub(crate) use transform::check_matrix;
+pub use transform::{SelectionTransform, Transformed};
 
 use super::{Join, Scheme, Spline, SplineT, TraceError};
 use crate::geodesic::{GeodesicPath, PathError, PathFinder};
@@ -77,6 +80,8 @@ pub enum SplineEdit {
         /// The way it takes; see [`PathFinder::continued`].
         along: GeodesicPath,
     },
+    /// Moves, turns, scales or shears anchors with their handles about a point: see [`Spline::transformed`].
+    Transform(SelectionTransform),
     /// Adds an anchor, a corner with handles of no length, beyond an end of an open spline.
     Append {
         /// Which end.
@@ -180,6 +185,9 @@ pub enum EditError {
     /// A length or an angle of the scheme is not a number.
     #[error("a length or an angle of the scheme is not a number: give numbers")]
     BadScheme,
+    /// A transform is not finite, or flattens everything to a line or a point.
+    #[error("the transform is not finite, or flattens everything: give numbers, and a scale that is not zero")]
+    BadTransform,
     /// The patch was made for another version of the spline.
     #[error("this restores another version of the spline: undo what came after it first")]
     OtherVersion,
@@ -234,6 +242,7 @@ impl Spline {
             | SplineEdit::MoveHandle { .. }
             | SplineEdit::DragHandle { .. }
             | SplineEdit::SetJoin { .. } => return self.after_move(surface, finder, edit),
+            SplineEdit::Transform(transform) => return Ok(self.transformed(surface, finder, transform)?.spline),
             SplineEdit::Append { end, at } => next.append(surface, finder, *end, *at)?,
             SplineEdit::Insert { at } => next = self.insertion(surface, finder, *at)?.spline,
             SplineEdit::Delete { anchor } => next.delete(surface, finder, *anchor)?,

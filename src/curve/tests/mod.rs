@@ -11,6 +11,7 @@ mod plane;
 mod schemes;
 mod sphere;
 mod splines;
+mod transforms;
 
 use glam::DVec3;
 
