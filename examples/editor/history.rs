@@ -195,7 +195,7 @@ fn name_of(edit: &SplineEdit) -> String {
         }
         SplineEdit::Append { .. } => "Add anchor".into(),
         SplineEdit::Insert { .. } => "Insert anchor".into(),
-        SplineEdit::Delete { anchor } => format!("Delete anchor {}", anchor + 1),
+        SplineEdit::Delete { anchor } | SplineEdit::DeleteFitted { anchor } => format!("Delete anchor {}", anchor + 1),
         SplineEdit::SetJoin { anchor, .. } => format!("Join of anchor {}", anchor + 1),
         SplineEdit::Straighten { segment } => format!("Straighten segment {}", segment + 1),
         SplineEdit::Close => "Close".into(),

@@ -29,7 +29,8 @@ mod tracer;
 pub use b_spline::{Conversion, Interpolation};
 pub use clip::{Copied, Paste, Pasted, SplineClip};
 pub use edit::{
-    EditError, HandleSide, Insertion, JumpPolicy, SelectionTransform, SplineEdit, SplineEnd, SplinePatch, Transformed,
+    Deletion, EditError, HandleSide, Insertion, JumpPolicy, SelectionTransform, SplineEdit, SplineEnd, SplinePatch,
+    Transformed,
 };
 pub use fit::{DrawnLine, Fit, FitError, FitOptions};
 pub use normal::Coordinates;

@@ -1,5 +1,6 @@
 //! Changes to a spline, as plain data with inverses.
 
+mod delete;
 mod insert;
 mod jumps;
 mod patch;
@@ -7,13 +8,14 @@ mod points;
 mod structure;
 mod transform;
 
+pub use delete::Deletion;
 pub use insert::Insertion;
 pub use jumps::JumpPolicy;
 pub use patch::SplinePatch;
 pub(crate) use transform::check_matrix;
 pub use transform::{SelectionTransform, Transformed};
 
-use super::{Join, Scheme, Spline, SplineT, TraceError};
+use super::{FitError, Join, Scheme, Spline, SplineT, TraceError};
 use crate::geodesic::{GeodesicPath, PathError, PathFinder};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
@@ -98,6 +100,12 @@ pub enum SplineEdit {
     /// Removes an anchor. Between two others, their segments become one with the outer tangents, its handles longer by
     /// the share that went; a mirrored neighbour becomes smooth, since one of its handles alone grew.
     Delete {
+        /// Which anchor.
+        anchor: u32,
+    },
+    /// Removes an anchor as [`Delete`](Self::Delete) does, and lets the new segment follow the two old ones as well as it can:
+    /// see [`Spline::deletion`].
+    DeleteFitted {
         /// Which anchor.
         anchor: u32,
     },
@@ -214,6 +222,18 @@ pub enum EditError {
     Trace(#[from] TraceError),
 }
 
+impl From<FitError> for EditError {
+    fn from(error: FitError) -> Self {
+        match error {
+            FitError::Point(error) => Self::Point(error),
+            FitError::Path(error) => Self::Path(error),
+            FitError::Trace(error) => Self::Trace(error),
+            // Of splines, which have more than one point and a scheme that is traced, nothing else is said.
+            FitError::TooFewPoints { .. } | FitError::Options(_) | FitError::NotReached { .. } => Self::TooFewAnchors,
+        }
+    }
+}
+
 impl Spline {
     /// Applies an edit and gives its inverse, which holds what was touched exactly as it was.
     ///
@@ -246,6 +266,7 @@ impl Spline {
             SplineEdit::Append { end, at } => next.append(surface, finder, *end, *at)?,
             SplineEdit::Insert { at } => next = self.insertion(surface, finder, *at)?.spline,
             SplineEdit::Delete { anchor } => next.delete(surface, finder, *anchor)?,
+            SplineEdit::DeleteFitted { anchor } => return Ok(self.deletion(surface, finder, *anchor)?.spline),
             SplineEdit::Straighten { segment } => next.straighten(surface, finder, *segment)?,
             SplineEdit::Close => next.close(surface, finder)?,
             SplineEdit::Open { anchor } => next.open(*anchor)?,

@@ -1,5 +1,6 @@
 //! A line drawn on a surface: points joined by shortest paths.
 
+use crate::curve::Trace;
 use crate::geodesic::{GeodesicPath, PathError, PathFinder, PathQuality};
 use crate::surface::{Surface, SurfacePoint};
 
@@ -63,6 +64,20 @@ impl DrawnLine {
             line.close(surface, finder)?;
         }
         Ok(line)
+    }
+
+    /// The line along a trace, which is closed if its spline is: to be followed anew by fewer segments, say.
+    pub fn along(trace: &Trace, closed: bool) -> Self {
+        let mut line = Self::default();
+        for path in trace.segments().iter().flat_map(|segment| segment.paths()).filter(|path| path.length() > 0.0) {
+            line.points.push(path.start());
+            line.paths.push(path.clone());
+        }
+        if !closed {
+            line.points.extend(line.paths.last().map(GeodesicPath::end));
+        }
+        line.closed = closed && !line.paths.is_empty();
+        line
     }
 
     /// Forgets all points and keeps the memory.

@@ -11,7 +11,7 @@ pub use line::DrawnLine;
 use std::f64::consts::{FRAC_PI_3, PI};
 
 use super::{Join, Scheme, Spline, Trace, TraceError, TraceWorkspace, handles};
-use crate::geodesic::PathError;
+use crate::geodesic::{PathError, tangent::InnerTangent};
 use crate::surface::{PointError, Surface, SurfacePoint};
 use piece::{Fitter, Piece};
 use shape::Shape;
@@ -129,6 +129,26 @@ impl Spline {
         let pieces = fitter.all()?;
         assemble(surface, line, options, fitter.corners(), pieces)
     }
+}
+
+/// Lengths of the two handles with which one segment follows a line best, its end tangents given (both away from there), and how
+/// far they are apart then; none for a line of no length.
+pub(crate) fn refit(
+    surface: &Surface,
+    workspace: &mut TraceWorkspace,
+    line: &DrawnLine,
+    scheme: Scheme,
+    tangents: [InnerTangent; 2],
+    guess: [f64; 2],
+) -> Result<Option<([f64; 2], f64)>, FitError> {
+    let options = FitOptions { scheme, ..FitOptions::default() };
+    if line.length() <= 0.0 {
+        return Ok(None);
+    }
+    let shape = Shape::of(surface, &mut workspace.finder, line, 0)?;
+    let tolerance = 1e-3 * shape.length();
+    let mut fitter = Fitter::new(surface, workspace, shape, &options, tolerance, Vec::new(), false)?;
+    Ok(Some(fitter.refit(tangents, guess)?))
 }
 
 /// The tolerance, if the options make sense.

@@ -19,6 +19,8 @@ use crate::surface::{Surface, SurfacePoint};
 const SAMPLES: usize = 40;
 /// How often the lengths are improved on the surface.
 const ROUNDS: u32 = 4;
+/// How often the lengths of a refitted segment are improved.
+const STEPS: u32 = 5;
 /// A stretch that is farther from its segment in the plane than this many tolerances is not tried on the surface.
 const HOPELESS: f64 = 4.0;
 
@@ -120,13 +122,7 @@ impl<'a> Fitter<'a> {
         let tangents = self.tangents([from, to], directions);
         let (start, end) = (self.shape.at(from), self.shape.at(to));
         let length = end - start;
-        self.points.clear();
-        self.shares.clear();
-        for k in 1..=SAMPLES {
-            let share = k as f64 / (SAMPLES + 1) as f64;
-            self.points.push(self.shape.flat(start + share * length));
-            self.shares.push(share);
-        }
+        self.sample(from, to);
         let headings = [DVec2::from_angle(directions[0]), DVec2::from_angle(super::reversed(directions[1]))];
         let ends = [start, end].map(|along| self.shape.flat(along));
         let planar = Planar { points: &self.points, ends, headings, length };
@@ -140,10 +136,7 @@ impl<'a> Fitter<'a> {
         let mut lengths = flat.lengths;
         let mut best: Option<Tried> = None;
         for _ in 0..ROUNDS {
-            self.candidate.anchors[0].outgoing =
-                handles::ahead(self.surface, &self.shape.point(from), &tangents[0], lengths[0])?;
-            self.candidate.anchors[1].incoming =
-                handles::ahead(self.surface, &self.shape.point(to), &tangents[1], lengths[1])?;
+            self.reach_out(tangents, lengths)?;
             let tried = self.try_candidate(from, to)?;
             if tried.distance <= self.tolerance {
                 return Ok(Ok(self.take(from, to, tried.distance, false)));
@@ -163,6 +156,60 @@ impl<'a> Fitter<'a> {
             return self.straight(from).map(Ok);
         }
         Ok(Err(self.split(from, to, best.map_or(0.5 * (start + end), |best| best.at))))
+    }
+
+    /// Takes samples of a stretch in the plane.
+    fn sample(&mut self, from: usize, to: usize) {
+        let (start, end) = (self.shape.at(from), self.shape.at(to));
+        self.points.clear();
+        self.shares.clear();
+        for k in 1..=SAMPLES {
+            let share = k as f64 / (SAMPLES + 1) as f64;
+            self.points.push(self.shape.flat(start + share * (end - start)));
+            self.shares.push(share);
+        }
+    }
+
+    /// Lengths of the two handles with which one segment follows the whole line, whose tangents at the ends are given, both away
+    /// from there; and how far they are apart. The guess is taken where nothing better is found.
+    pub(super) fn refit(&mut self, tangents: [InnerTangent; 2], guess: [f64; 2]) -> Result<([f64; 2], f64), FitError> {
+        let (from, to) = (0, self.shape.leg_count());
+        let headings = self.shape.headings(self.surface, tangents).map(DVec2::from_angle);
+        let length = self.shape.length();
+        self.sample(from, to);
+        self.place([from, to]);
+        let ends = [0.0, length].map(|along| self.shape.flat(along));
+        let planar = Planar { points: &self.points, ends, headings, length };
+        let flat = planar.fit(&mut self.shares, 0.0).lengths;
+        let mut best = (guess, f64::INFINITY);
+        for lengths in [guess, flat] {
+            self.reach_out(tangents, lengths)?;
+            let tried = self.try_candidate(from, to)?;
+            if tried.distance < best.1 {
+                best = (lengths, tried.distance);
+            }
+        }
+        // The equations speak of what was traced last.
+        let mut lengths = flat;
+        for _ in 0..STEPS {
+            let change = self.equations(from, to, headings).step(1e-6);
+            let planar = Planar { points: &self.points, ends, headings, length };
+            lengths = planar.within_bounds([0, 1].map(|k| lengths[k] + change[k]));
+            self.reach_out(tangents, lengths)?;
+            let tried = self.try_candidate(from, to)?;
+            if tried.distance < best.1 {
+                best = (lengths, tried.distance);
+            }
+        }
+        Ok(best)
+    }
+
+    /// Gives the candidate's handles their lengths.
+    fn reach_out(&mut self, tangents: [InnerTangent; 2], lengths: [f64; 2]) -> Result<(), FitError> {
+        let [first, last] = [0, 1].map(|k| self.candidate.anchors[k].point);
+        self.candidate.anchors[0].outgoing = handles::ahead(self.surface, &first, &tangents[0], lengths[0])?;
+        self.candidate.anchors[1].incoming = handles::ahead(self.surface, &last, &tangents[1], lengths[1])?;
+        Ok(())
     }
 
     /// The line's direction in the plane where a stretch begins or ends.

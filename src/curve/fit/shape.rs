@@ -238,6 +238,15 @@ impl Shape {
         turn_at(surface, &leg.path.end, &leg.arriving.0, direction - leg.arriving.1)
     }
 
+    /// Angles in the plane of tangents at the two ends of the line.
+    pub(super) fn headings(&self, surface: &Surface, [first, last]: [InnerTangent; 2]) -> [f64; 2] {
+        let (Some(start), Some(end)) = (self.legs.first(), self.legs.last()) else { return [0.0; 2] };
+        [
+            start.leaving.1 + angle_at(surface, &start.path.start, &start.leaving.0, &first),
+            end.arriving.1 + angle_at(surface, &end.path.end, &end.arriving.0, &last),
+        ]
+    }
+
     /// By how much the plane is turned at the end of a closed line.
     pub(super) fn closing(&self) -> f64 {
         self.closing

@@ -285,3 +285,126 @@ fn odd_lines_and_options_are_refused_in_words() {
         let _ = Spline::fit(&surface, &mut TraceWorkspace::default(), &line, &options);
     }
 }
+
+/// Largest distance from the trace of some segments to another trace, as the nearest place of it says.
+fn off(surface: &Surface, segments: &[std::sync::Arc<SegmentTrace>], other: &Trace) -> f64 {
+    let places = segments.iter().flat_map(|segment| segment.polyline().iter());
+    places.map(|p| other.nearest(surface, *p).unwrap().distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn deleting_with_a_fit_stays_nearer_to_the_curve() {
+    let (mut sums, mut nearer, mut count) = ([0.0; 2], 0, 0);
+    for (m, mesh) in meshes().iter().enumerate() {
+        let surface = built(mesh);
+        let seed = 800 + m as u64;
+        let mut random = Random(seed);
+        let mut workspace = TraceWorkspace::default();
+        for round in 0..40 {
+            let closed = round % 4 == 3;
+            let spline = random_spline(&surface, &mut random, 3, closed).filter(|spline| spline.anchors().len() > 2);
+            let Some(spline) = spline else { continue };
+            let trace = spline.trace(&surface, &mut workspace, None).unwrap();
+            let made = spline.deletion(&surface, &mut workspace.finder, 1).unwrap();
+            let mut fitted = spline.clone();
+            let back = fitted.apply(&surface, &mut workspace.finder, &SplineEdit::DeleteFitted { anchor: 1 }).unwrap();
+            assert_eq!(fitted, made.spline);
+            let mut plain = spline.clone();
+            plain.apply(&surface, &mut workspace.finder, &SplineEdit::Delete { anchor: 1 }).unwrap();
+            let traces = [&fitted, &plain].map(|s| s.trace(&surface, &mut TraceWorkspace::default(), None).unwrap());
+            let old = &trace.segments()[..2];
+            let length = old.iter().map(|segment| segment.length()).sum::<f64>();
+            assert!((made.length - length).abs() < 1e-9 * length);
+            let offs = traces.map(|t| off(&surface, old, &t));
+            assert!(offs[0] <= made.deviation + 1e-9, "seed {seed} {round}: {offs:?} {}", made.deviation);
+            sums = [sums[0] + offs[0] / length, sums[1] + offs[1] / length];
+            nearer += usize::from(offs[0] <= offs[1] * (1.0 + 1e-9));
+            count += 1;
+            // Outer tangents stay, and smooth anchors smooth.
+            let [a, b] = [&spline, &fitted].map(|s| s.anchors()[0].outgoing().heading());
+            assert!(a.face == b.face && a.vector.distance(b.vector) < 1e-9);
+            fitted.apply(&surface, &mut workspace.finder, &back).unwrap();
+            assert_eq!(format!("{fitted:?}"), format!("{spline:?}"));
+        }
+    }
+    let [with, without] = sums.map(|sum| sum / count as f64);
+    println!(
+        "{count} anchors deleted: {with:.4} of the length off with a fit, {without:.4} without; nearer {nearer} times"
+    );
+    assert!(count > 100 && with < without && nearer * 10 > count * 8, "{with} {without} {nearer} of {count}");
+}
+
+/// What was inserted and is deleted again leaves the curve.
+#[test]
+fn deleting_what_was_inserted_gives_the_curve_back() {
+    let surface = built(&jittered_square(20));
+    let mut workspace = TraceWorkspace::default();
+    let mut random = Random(820);
+    for round in 0..20 {
+        let points = [(0.2, 0.3), (0.4, 0.7), (0.7, 0.6), (0.8, 0.3)];
+        let polygon = points.map(|(x, y)| at(&surface, DVec3::new(x, y, 0.0) + 0.1 * random.in_square()));
+        let spline = Spline::bezier(&surface, &mut workspace.finder, polygon).unwrap();
+        let mut same = spline.clone();
+        let t = SplineT(0.15 + 0.7 * random.next());
+        same.apply(&surface, &mut workspace.finder, &SplineEdit::Insert { at: t }).unwrap();
+        let made = same.deletion(&surface, &mut workspace.finder, 1).unwrap();
+        assert!(made.deviation < 2e-3 * made.length, "{round} {t:?}: {}", made.deviation / made.length);
+        for (old, new) in spline.anchors().iter().zip(made.spline.anchors()) {
+            let lengths = [old, new].map(|a| a.outgoing().leg().length() + a.incoming().leg().length());
+            assert!((lengths[0] - lengths[1]).abs() < 0.03 * lengths[0], "{round}: {lengths:?}");
+        }
+    }
+}
+
+#[test]
+fn odd_deletions_do_what_plain_ones_do() {
+    let surface = built(&shapes::icosphere(4));
+    let mut finder = PathFinder::new();
+    let spline = spline_on(&surface, &[DVec3::X, DVec3::Y, DVec3::Z], false);
+    for (spline, anchor) in
+        [(spline.clone(), 0), (spline.clone(), 2), (spline.clone().with_scheme(Scheme::b_spline()), 1)]
+    {
+        let mut plain = spline.clone();
+        plain.apply(&surface, &mut finder, &SplineEdit::Delete { anchor }).unwrap();
+        assert_eq!(spline.deletion(&surface, &mut finder, anchor).unwrap().spline, plain);
+    }
+    assert!(matches!(spline.deletion(&surface, &mut finder, 3), Err(EditError::NoSuchAnchor { .. })));
+    // All in one place, and down to a loop of one anchor.
+    let p = at(&surface, DVec3::X);
+    let mut point = spline.clone();
+    for anchor in 0..3 {
+        point.apply(&surface, &mut finder, &SplineEdit::SetJoin { anchor, join: Join::Automatic }).unwrap();
+        point.apply(&surface, &mut finder, &SplineEdit::MoveAnchor { anchor, to: p }).unwrap();
+    }
+    assert!(point.deletion(&surface, &mut finder, 1).is_ok());
+    let mut loop_ = spline_on(&surface, &[DVec3::X, DVec3::Y, DVec3::Z], true);
+    for _ in 0..2 {
+        loop_.apply(&surface, &mut finder, &SplineEdit::DeleteFitted { anchor: 0 }).unwrap();
+    }
+    assert_eq!((loop_.anchors().len(), loop_.segment_count()), (1, 1));
+    assert_eq!(
+        loop_.apply(&surface, &mut finder, &SplineEdit::DeleteFitted { anchor: 0 }),
+        Err(EditError::TooFewAnchors)
+    );
+}
+
+/// A spline of many segments is followed by few.
+#[test]
+fn lines_along_traces_are_followed_by_fewer_segments() {
+    let surface = built(&shapes::icosphere(5));
+    let mut workspace = TraceWorkspace::default();
+    let points: Vec<_> = (0..40)
+        .map(|k| f64::from(k) / 40.0 * std::f64::consts::TAU)
+        .map(|a| DVec3::new(a.cos(), a.sin(), 0.3 * (2.0 * a).sin()))
+        .collect();
+    for closed in [false, true] {
+        let spline = spline_on(&surface, &points, closed);
+        let trace = spline.trace(&surface, &mut workspace, None).unwrap();
+        let line = DrawnLine::along(&trace, closed);
+        assert!((line.length() - trace.length()).abs() < 1e-9 && line.is_closed() == closed);
+        let fit = fitted(&surface, &line, 0.01);
+        assert!(fit.spline.segment_count() <= 8 && fit.spline.is_closed() == closed && fit.straight == 0);
+        assert!(off(&surface, trace.segments(), &fit.trace) <= 0.01);
+    }
+    assert_eq!(DrawnLine::along(&Trace::default(), true), DrawnLine::default());
+}

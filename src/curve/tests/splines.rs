@@ -145,6 +145,7 @@ fn random_edit(surface: &Surface, spline: &Spline, random: &mut Random) -> Splin
         0 | 1 => SplineEdit::MoveAnchor { anchor, to },
         2 | 3 => SplineEdit::MoveHandle { anchor, side, to },
         4 | 5 => SplineEdit::Append { end, at: to },
+        6 if random.next() < 0.5 => SplineEdit::DeleteFitted { anchor },
         6 => SplineEdit::Delete { anchor },
         7 => SplineEdit::SetJoin { anchor, join },
         8 => SplineEdit::SetScheme(Scheme::lane_riesenfeld().with_levels(random.below(6) as u8)),
