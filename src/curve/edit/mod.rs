@@ -15,7 +15,7 @@ pub use patch::SplinePatch;
 pub(crate) use transform::check_matrix;
 pub use transform::{SelectionTransform, Transformed};
 
-use super::{FitError, Join, Scheme, Spline, SplineT, TraceError};
+use super::{Join, Scheme, Spline, SplineT, TraceError};
 use crate::geodesic::{GeodesicPath, PathError, PathFinder};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
@@ -220,18 +220,6 @@ pub enum EditError {
     /// The curve cannot be evaluated where that is needed.
     #[error(transparent)]
     Trace(#[from] TraceError),
-}
-
-impl From<FitError> for EditError {
-    fn from(error: FitError) -> Self {
-        match error {
-            FitError::Point(error) => Self::Point(error),
-            FitError::Path(error) => Self::Path(error),
-            FitError::Trace(error) => Self::Trace(error),
-            // Of splines, which have more than one point and a scheme that is traced, nothing else is said.
-            FitError::TooFewPoints { .. } | FitError::Options(_) | FitError::NotReached { .. } => Self::TooFewAnchors,
-        }
-    }
 }
 
 impl Spline {

@@ -140,7 +140,7 @@ pub(crate) fn refit(
     scheme: Scheme,
     tangents: [InnerTangent; 2],
     guess: [f64; 2],
-) -> Result<Option<([f64; 2], f64)>, FitError> {
+) -> Result<Option<([f64; 2], f64)>, TraceError> {
     let options = FitOptions { scheme, ..FitOptions::default() };
     if line.length() <= 0.0 {
         return Ok(None);

@@ -11,9 +11,9 @@ use super::{
     planar::{Equations, Planar},
     shape::Shape,
 };
-use crate::curve::{Handle, SegmentTrace, Spline, Trace, TraceWorkspace, handles};
+use crate::curve::{Handle, SegmentTrace, Spline, Trace, TraceError, TraceWorkspace, handles};
 use crate::geodesic::tangent::{InnerTangent, turn_at};
-use crate::surface::{Surface, SurfacePoint};
+use crate::surface::{PointError, Surface, SurfacePoint};
 
 /// Places of a stretch that its segment's lengths are found from.
 const SAMPLES: usize = 40;
@@ -72,7 +72,7 @@ impl<'a> Fitter<'a> {
         tolerance: f64,
         corners: Vec<usize>,
         closed: bool,
-    ) -> Result<Self, FitError> {
+    ) -> Result<Self, PointError> {
         let ends = [0, shape.leg_count()].map(|k| handles::bare_anchor(surface, shape.point(k)));
         let [first, last] = ends;
         let candidate =
@@ -172,7 +172,11 @@ impl<'a> Fitter<'a> {
 
     /// Lengths of the two handles with which one segment follows the whole line, whose tangents at the ends are given, both away
     /// from there; and how far they are apart. The guess is taken where nothing better is found.
-    pub(super) fn refit(&mut self, tangents: [InnerTangent; 2], guess: [f64; 2]) -> Result<([f64; 2], f64), FitError> {
+    pub(super) fn refit(
+        &mut self,
+        tangents: [InnerTangent; 2],
+        guess: [f64; 2],
+    ) -> Result<([f64; 2], f64), TraceError> {
         let (from, to) = (0, self.shape.leg_count());
         let headings = self.shape.headings(self.surface, tangents).map(DVec2::from_angle);
         let length = self.shape.length();
@@ -205,7 +209,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// Gives the candidate's handles their lengths.
-    fn reach_out(&mut self, tangents: [InnerTangent; 2], lengths: [f64; 2]) -> Result<(), FitError> {
+    fn reach_out(&mut self, tangents: [InnerTangent; 2], lengths: [f64; 2]) -> Result<(), PointError> {
         let [first, last] = [0, 1].map(|k| self.candidate.anchors[k].point);
         self.candidate.anchors[0].outgoing = handles::ahead(self.surface, &first, &tangents[0], lengths[0])?;
         self.candidate.anchors[1].incoming = handles::ahead(self.surface, &last, &tangents[1], lengths[1])?;
@@ -264,7 +268,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// Traces the candidate and compares it with its stretch.
-    fn try_candidate(&mut self, from: usize, to: usize) -> Result<Tried, FitError> {
+    fn try_candidate(&mut self, from: usize, to: usize) -> Result<Tried, TraceError> {
         self.candidate.trace_into(self.surface, self.workspace, &mut self.trace)?;
         let line = self.shape.stretch(from, to);
         let Some(trace) = self.trace.segments().first() else { return Ok(Tried { distance: f64::INFINITY, at: 0.0 }) };

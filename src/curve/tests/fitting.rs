@@ -64,7 +64,7 @@ fn judge(surface: &Surface, seed: u64, count: usize) -> (Vec<f64>, f64) {
         let spline = spline.with_scheme(Scheme::lane_riesenfeld());
         let trace = spline.trace(surface, &mut workspace, None).unwrap();
         let line = line_along(surface, &mut workspace.finder, &trace, closed);
-        let begun = std::time::Instant::now();
+        let begun = cpu_time::ThreadTime::now();
         let fit = Spline::fit(surface, &mut workspace, &line, &FitOptions::default()).unwrap();
         spent += begun.elapsed().as_secs_f64();
         let off = farthest_from(surface, &line, &fit.trace);
@@ -142,10 +142,10 @@ fn time_drawn_lines(surface: &Surface, name: &str) {
         let (length, noise) = (trace.length(), 5e-4 * trace.length());
         let hits = (0..500).map(|k| trace.at_distance(surface, f64::from(k) / 499.0 * length).unwrap());
         let hits: Vec<_> = hits.map(|p| at(surface, surface.position(&p) + noise * random.on_sphere())).collect();
-        let begun = std::time::Instant::now();
+        let begun = cpu_time::ThreadTime::now();
         let line = DrawnLine::through(surface, &mut workspace.finder, &hits, false).unwrap();
         drawn += begun.elapsed().as_secs_f64() * 1e3;
-        let begun = std::time::Instant::now();
+        let begun = cpu_time::ThreadTime::now();
         let fit = Spline::fit(surface, &mut workspace, &line, &FitOptions::default()).unwrap();
         spent += begun.elapsed().as_secs_f64() * 1e3;
         assert!(fit.straight <= 2 && fit.max_distance <= 0.005 * line.length());
@@ -284,6 +284,57 @@ fn odd_lines_and_options_are_refused_in_words() {
     ] {
         let _ = Spline::fit(&surface, &mut TraceWorkspace::default(), &line, &options);
     }
+}
+
+/// Lines that nobody draws on purpose: they are followed, with many segments, and in the end.
+#[test]
+fn wild_lines_are_followed_too() {
+    let mut random = Random(41);
+    let mut outcomes = [0; 2];
+    for (m, mesh) in [shapes::cube(), shapes::cone(5, 3, 0.4), shapes::icosphere(3), shapes::torus(2.0, 0.8, 9, 5)]
+        .iter()
+        .enumerate()
+    {
+        let surface = built(mesh);
+        let (low, high) = surface.bounds();
+        let [p, q] = [(); 2].map(|()| at(&surface, low + (high - low) * random.on_sphere().abs()));
+        let anywhere: Vec<_> = (0..60).map(|_| at(&surface, 0.5 * (low + high) + 2.0 * random.on_sphere())).collect();
+        let to_and_fro: Vec<_> = (0..30).map(|k| if k % 2 == 0 { p } else { q }).collect();
+        let slow: Vec<_> = (0..200)
+            .map(|k| {
+                at(
+                    &surface,
+                    anywhere.iter().map(|p| surface.position(p)).nth(k / 20).unwrap() + 0.1 * random.on_sphere(),
+                )
+            })
+            .collect();
+        let vertices: Vec<_> =
+            (0..40).map(|_| at(&surface, surface.positions[random.below(surface.positions.len())])).collect();
+        for (l, points) in [anywhere, to_and_fro, slow, vertices].iter().enumerate() {
+            for closed in [false, true] {
+                for tolerance in [0.3, 0.01, 1e-6] {
+                    let line = DrawnLine::through(&surface, &mut PathFinder::new(), points, closed).unwrap();
+                    let options = FitOptions::within(tolerance * surface.diagonal());
+                    match Spline::fit(&surface, &mut TraceWorkspace::default(), &line, &options) {
+                        Ok(fit) => {
+                            outcomes[0] += 1;
+                            let off = farthest_from(&surface, &line, &fit.trace);
+                            assert!(off <= tolerance * surface.diagonal(), "{m} {l} {closed} {tolerance}: {off}");
+                            assert!(fit.spline.segment_count() <= line.paths().len());
+                        }
+                        Err(error) => {
+                            println!("mesh {m}, line {l}, closed {closed}, {tolerance}: {error}");
+                            assert!(matches!(error, FitError::NotReached { .. }));
+                            outcomes[1] += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let [followed, refused] = outcomes;
+    println!("wild lines: {followed} followed, {refused} refused");
+    assert!(followed > 9 * refused);
 }
 
 /// Largest distance from the trace of some segments to another trace, as the nearest place of it says.
