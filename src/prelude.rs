@@ -1,6 +1,8 @@
 //! What most programs need: `use bevy_surface_splines::prelude::*`.
 
-pub use crate::curve::{HandleSide, Join, JumpPolicy, Method, Sampling, Scheme, SplineEdit, SplineEnd, SplineT};
+pub use crate::curve::{
+    HandleSide, Join, JumpPolicy, Method, Sampling, Scheme, SelectionTransform, SplineEdit, SplineEnd, SplineT,
+};
 pub use crate::plugin::{
     BuiltSurface, ControlKind, ControlPoint, ControlPolygon, DragState, EditSpline, Editable, GestureId, OnSurface,
     PendingEdit, SplineEditRefused, SplineEdited, SplineGizmos, SplineSource, SplineState, SplineSurface, SplineTrace,

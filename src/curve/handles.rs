@@ -18,7 +18,7 @@ use crate::surface::{PointError, Surface, SurfacePoint};
 const NO_LENGTH: f64 = 1e-9;
 
 /// A handle of no length and no direction yet.
-fn bare_handle(anchor: SurfacePoint) -> Handle {
+pub(crate) fn bare_handle(anchor: SurfacePoint) -> Handle {
     Handle {
         leg: GeodesicPath::at_rest(anchor),
         heading: Tangent { face: anchor.face, vector: DVec2::ZERO },

@@ -7,11 +7,14 @@ mod average;
 mod b_spline;
 mod batch;
 mod casteljau;
+mod clip;
 mod comparison;
 mod curvature;
 mod edit;
+mod fit;
 mod handles;
 mod lane_riesenfeld;
+mod normal;
 mod piece;
 mod retrace;
 mod sample;
@@ -24,7 +27,13 @@ mod trace;
 mod tracer;
 
 pub use b_spline::{Conversion, Interpolation};
-pub use edit::{EditError, HandleSide, Insertion, JumpPolicy, SplineEdit, SplineEnd, SplinePatch};
+pub use clip::{Copied, Paste, Pasted, SplineClip};
+pub use edit::{
+    Deletion, EditError, HandleSide, Insertion, JumpPolicy, SelectionTransform, SplineEdit, SplineEnd, SplinePatch,
+    Transformed,
+};
+pub use fit::{DrawnLine, Fit, FitError, FitOptions};
+pub use normal::Coordinates;
 pub use scheme::{Method, Sampling, Scheme};
 pub use spline::{Anchor, Handle, Join, Spline, SplineError, SplineT};
 pub use trace::{Jump, NearestOnTrace, SegmentTrace, Trace, TraceBound};

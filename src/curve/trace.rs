@@ -108,6 +108,22 @@ impl SegmentTrace {
         self.distances.last().copied().unwrap_or(0.0)
     }
 
+    /// Distance along the trace of each vertex of the polyline.
+    pub(crate) fn distances(&self) -> &[f64] {
+        &self.distances
+    }
+
+    /// The local parameter at a distance along this segment.
+    pub(crate) fn parameter_along(&self, distance: f64) -> f64 {
+        let Some(last) = self.distances.len().checked_sub(1) else { return 0.0 };
+        let path = self.path_at(self.distances.partition_point(|d| *d < distance).min(last));
+        let ends = |values: &dyn Fn(usize) -> f64| [values(path), values(path + 1)];
+        let [from, to] = ends(&|k| self.begins.get(k).map_or(0.0, |begin| self.distances[*begin as usize]));
+        let [t0, t1] = ends(&|k| self.parameters.get(k).copied().unwrap_or(1.0));
+        let share = if to > from { ((distance - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
+        t0 + share * (t1 - t0)
+    }
+
     /// What kept an adaptive trace from being as straight as asked for, if anything did.
     pub fn bound(&self) -> Option<TraceBound> {
         self.bound

@@ -1,7 +1,7 @@
 //! What edits are expected to take, modelled as [`costs`](super::costs) does it for traces.
 
 use super::costs::trace_work;
-use crate::curve::{Join, JumpPolicy, Spline, SplineEdit};
+use crate::curve::{Coordinates, Join, JumpPolicy, SelectionTransform, Spline, SplineEdit};
 use crate::surface::{Surface, SurfacePoint};
 
 /// Seconds for an edit, whatever it does.
@@ -11,7 +11,7 @@ const PER_EDGE: f64 = 1e-6;
 /// Seconds for each square edge length that a search is across: medians of random pairs are between 2e-7 and 9e-7.
 const PER_SQUARE: f64 = 5e-7;
 
-/// Modelled work of an edit that moves a control point, in seconds; none of other edits.
+/// Modelled work of an edit that moves control points, in seconds; none of other edits.
 pub(crate) fn edit_work(surface: &Surface, spline: &Spline, edit: &SplineEdit) -> Option<f64> {
     let point = |anchor: u32| Some(spline.anchors().get(anchor as usize)?.point());
     let (anchor, direct) = match edit {
@@ -21,10 +21,30 @@ pub(crate) fn edit_work(surface: &Surface, spline: &Spline, edit: &SplineEdit) -
         SplineEdit::DragAnchor { anchor, along } | SplineEdit::DragHandle { anchor, along, .. } => {
             (*anchor, PER_EDGE * along.length() / edge(surface, point(*anchor)?))
         }
+        SplineEdit::Transform(transform) => return Some(transform_work(surface, spline, transform)),
         _ => return None,
     };
     let around = around(spline, anchor as usize);
     Some(PER_EDIT + direct + automatic_work(surface, spline, &around) + middles_work(surface, spline, &around))
+}
+
+/// A transform looks for a way to every anchor it takes along: from the centre, or from the one before.
+fn transform_work(surface: &Surface, spline: &Spline, transform: &SelectionTransform) -> f64 {
+    let anchors = spline.anchors();
+    let chosen: Vec<usize> = match &transform.anchors {
+        Some(chosen) => chosen.iter().map(|i| *i as usize).filter(|i| *i < anchors.len()).collect(),
+        None => (0..anchors.len()).collect(),
+    };
+    let mut from = transform.centre;
+    let mut work = PER_EDIT + search_work(surface, transform.centre, transform.to);
+    for i in &chosen {
+        let to = anchors[*i].point();
+        work += search_work(surface, from, to);
+        if transform.coordinates == Coordinates::Chained {
+            from = to;
+        }
+    }
+    work + automatic_work(surface, spline, &chosen) + middles_work(surface, spline, &chosen)
 }
 
 /// An anchor and two on either side, in order.

@@ -36,6 +36,8 @@ pub(super) enum Led {
         side: HandleSide,
         along: InnerPath,
     },
+    /// Many anchors at once, each by its own way if it has one.
+    Anchors(Vec<Option<InnerPath>>),
 }
 
 /// Ways whose points at the same shares are nearer than this share of their length are one way.
@@ -56,7 +58,7 @@ impl Spline {
 
     /// Sees to it that exactly those segments have a middle leg that are to have one, and that it joins their handles; what
     /// is missing is searched.
-    pub(super) fn settle_middles(&mut self, surface: &Surface, finder: &mut PathFinder) -> Result<(), PathError> {
+    pub(crate) fn settle_middles(&mut self, surface: &Surface, finder: &mut PathFinder) -> Result<(), PathError> {
         let sticky = self.jumps == JumpPolicy::Sticky;
         let n = self.anchors.len();
         for i in 0..n {
@@ -150,6 +152,9 @@ impl Spline {
             && *a == anchor
         {
             way.push(along.clone());
+        }
+        if let Led::Anchors(ways) = led {
+            way.extend(ways.get(anchor).cloned().flatten());
         }
         way.push(InnerPath::from_outer(surface, new)?);
         Ok(way)

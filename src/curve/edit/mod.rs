@@ -1,14 +1,19 @@
 //! Changes to a spline, as plain data with inverses.
 
+mod delete;
 mod insert;
 mod jumps;
 mod patch;
 mod points;
 mod structure;
+mod transform;
 
+pub use delete::Deletion;
 pub use insert::Insertion;
 pub use jumps::JumpPolicy;
 pub use patch::SplinePatch;
+pub(crate) use transform::check_matrix;
+pub use transform::{SelectionTransform, Transformed};
 
 use super::{Join, Scheme, Spline, SplineT, TraceError};
 use crate::geodesic::{GeodesicPath, PathError, PathFinder};
@@ -77,6 +82,8 @@ pub enum SplineEdit {
         /// The way it takes; see [`PathFinder::continued`].
         along: GeodesicPath,
     },
+    /// Moves, turns, scales or shears anchors with their handles about a point: see [`Spline::transformed`].
+    Transform(SelectionTransform),
     /// Adds an anchor, a corner with handles of no length, beyond an end of an open spline.
     Append {
         /// Which end.
@@ -93,6 +100,12 @@ pub enum SplineEdit {
     /// Removes an anchor. Between two others, their segments become one with the outer tangents, its handles longer by
     /// the share that went; a mirrored neighbour becomes smooth, since one of its handles alone grew.
     Delete {
+        /// Which anchor.
+        anchor: u32,
+    },
+    /// Removes an anchor as [`Delete`](Self::Delete) does, and lets the new segment follow the two old ones as well as it can:
+    /// see [`Spline::deletion`].
+    DeleteFitted {
         /// Which anchor.
         anchor: u32,
     },
@@ -180,6 +193,9 @@ pub enum EditError {
     /// A length or an angle of the scheme is not a number.
     #[error("a length or an angle of the scheme is not a number: give numbers")]
     BadScheme,
+    /// A transform is not finite, or flattens everything to a line or a point.
+    #[error("the transform is not finite, or flattens everything: give numbers, and a scale that is not zero")]
+    BadTransform,
     /// The patch was made for another version of the spline.
     #[error("this restores another version of the spline: undo what came after it first")]
     OtherVersion,
@@ -234,9 +250,11 @@ impl Spline {
             | SplineEdit::MoveHandle { .. }
             | SplineEdit::DragHandle { .. }
             | SplineEdit::SetJoin { .. } => return self.after_move(surface, finder, edit),
+            SplineEdit::Transform(transform) => return Ok(self.transformed(surface, finder, transform)?.spline),
             SplineEdit::Append { end, at } => next.append(surface, finder, *end, *at)?,
             SplineEdit::Insert { at } => next = self.insertion(surface, finder, *at)?.spline,
             SplineEdit::Delete { anchor } => next.delete(surface, finder, *anchor)?,
+            SplineEdit::DeleteFitted { anchor } => return Ok(self.deletion(surface, finder, *anchor)?.spline),
             SplineEdit::Straighten { segment } => next.straighten(surface, finder, *segment)?,
             SplineEdit::Close => next.close(surface, finder)?,
             SplineEdit::Open { anchor } => next.open(*anchor)?,

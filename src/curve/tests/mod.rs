@@ -4,12 +4,14 @@ mod adaptive;
 mod b_splines;
 mod comparison;
 mod edits;
+mod fitting;
 mod jumps;
 mod nasty;
 mod plane;
 mod schemes;
 mod sphere;
 mod splines;
+mod transforms;
 
 use glam::DVec3;
 

@@ -141,10 +141,11 @@ fn random_edit(surface: &Surface, spline: &Spline, random: &mut Random) -> Splin
     let side = if random.next() < 0.5 { HandleSide::Incoming } else { HandleSide::Outgoing };
     let end = if random.next() < 0.5 { SplineEnd::Start } else { SplineEnd::End };
     let known = &spline.anchors()[random.below(count)];
-    match random.below(20) {
+    match random.below(22) {
         0 | 1 => SplineEdit::MoveAnchor { anchor, to },
         2 | 3 => SplineEdit::MoveHandle { anchor, side, to },
         4 | 5 => SplineEdit::Append { end, at: to },
+        6 if random.next() < 0.5 => SplineEdit::DeleteFitted { anchor },
         6 => SplineEdit::Delete { anchor },
         7 => SplineEdit::SetJoin { anchor, join },
         8 => SplineEdit::SetScheme(Scheme::lane_riesenfeld().with_levels(random.below(6) as u8)),
@@ -165,6 +166,13 @@ fn random_edit(surface: &Surface, spline: &Spline, random: &mut Random) -> Splin
             SplineEdit::Join { end, other, at: if random.next() < 0.5 { SplineEnd::Start } else { SplineEnd::End } }
         }
         18 => SplineEdit::SetJumps([JumpPolicy::Allow, JumpPolicy::Sticky, JumpPolicy::AutoSplit][random.below(3)]),
+        19 | 20 => {
+            let size = 0.5 + random.next();
+            let matrix = glam::DMat2::from_scale_angle(glam::DVec2::new(size, 1.0), 7.0 * random.next());
+            let transform = SelectionTransform { to, ..SelectionTransform::new(known.point(), matrix) };
+            let transform = if random.next() < 0.5 { transform.chained() } else { transform };
+            SplineEdit::Transform(if random.next() < 0.5 { transform.of([anchor, 0]) } else { transform })
+        }
         _ => {
             let (from, handle) = (known.point(), known.handle(side).point());
             let path = |from: &SurfacePoint| surface.shortest_path(from, &to).unwrap();
