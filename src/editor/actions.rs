@@ -4,11 +4,13 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
+use super::clipboard::{self, Changes, Clipboard, CopyDesk};
 use super::curves::{self, Curve, NextNumber};
 use super::history::{History, PlayHistory};
 use super::notices::Notices;
 use super::selection::Selection;
 use super::tools::Tool;
+use super::tools::transform::{BeginTransform, TransformMode};
 use crate::curve::{Join, JumpPolicy, Scheme, Spline, SplineEdit, SplineEnd};
 use crate::plugin::{
     BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, SplineEditRefused, SurfaceSpline, SurfaceSplineSystems,
@@ -60,6 +62,17 @@ pub enum EditorAction {
     EndSlide,
     /// Changes name and look of a curve.
     Restyle(Entity, Curve),
+    /// Copies the selected splines.
+    Copy,
+    /// Pastes what was copied at the pointer; scaled, by how much larger the model is than the one that was copied from.
+    Paste {
+        /// Whether it is scaled.
+        scaled: bool,
+    },
+    /// Copies the selected splines in place.
+    Duplicate,
+    /// Begins a transform of the selection that follows the pointer.
+    Transform(TransformMode),
     /// Takes the last entry of the history back.
     Undo,
     /// Does again what was taken back last.
@@ -69,6 +82,7 @@ pub enum EditorAction {
 pub(crate) fn plugin(app: &mut App) {
     app.add_message::<EditorAction>()
         .init_resource::<NextNumber>()
+        .init_resource::<Clipboard>()
         .add_observer(tell_refusal)
         .add_systems(PostUpdate, perform.before(SurfaceSplineSystems::Edit))
         .add_systems(PostUpdate, curves::show_or_hide.before(SurfaceSplineSystems::Edit));
@@ -85,6 +99,8 @@ struct Desk<'w, 's> {
     edits: MessageWriter<'w, EditSpline>,
     ends: MessageWriter<'w, EndGesture>,
     plays: MessageWriter<'w, PlayHistory>,
+    transforms: MessageWriter<'w, BeginTransform>,
+    copying: CopyDesk<'w, 's>,
     slide: Local<'s, Vec<(Entity, GestureId)>>,
     history: ResMut<'w, History>,
     notices: ResMut<'w, Notices>,
@@ -139,6 +155,23 @@ impl Desk<'_, '_> {
             EditorAction::SlideScheme(scheme) => self.slide_scheme(*scheme),
             EditorAction::EndSlide => self.end_slide(),
             EditorAction::Restyle(entity, curve) => self.restyle(*entity, curve),
+            EditorAction::Transform(mode) => drop(self.transforms.write(BeginTransform(*mode))),
+            EditorAction::Copy | EditorAction::Paste { .. } | EditorAction::Duplicate => self.copy_or_paste(action),
+        }
+    }
+
+    fn copy_or_paste(&mut self, action: &EditorAction) {
+        let mut changes = Changes {
+            commands: &mut self.commands,
+            history: &mut self.history,
+            notices: &mut self.notices,
+            selection: &mut self.selection,
+            next: &mut self.next,
+        };
+        match action {
+            EditorAction::Copy => self.copying.copy(&self.splines, &self.surfaces, &self.curves, &mut changes),
+            EditorAction::Paste { scaled } => self.copying.paste(&self.surfaces, *scaled, &mut changes),
+            _ => clipboard::duplicate(&self.splines, &self.curves, &mut changes),
         }
     }
 
@@ -196,7 +229,7 @@ impl Desk<'_, '_> {
             }
             // From the last to the first, so that numbers stay true.
             gone.sort_unstable_by(|a, b| b.cmp(a));
-            gone.into_iter().for_each(|anchor| self.send(spline, SplineEdit::Delete { anchor }));
+            gone.into_iter().for_each(|anchor| self.send(spline, SplineEdit::DeleteFitted { anchor }));
         }
         self.history.end();
         self.selection.clear_anchors();

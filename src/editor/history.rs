@@ -453,7 +453,7 @@ fn name_of(edit: &SplineEdit, curve: Option<&str>) -> String {
         }
         SplineEdit::Append { .. } => "Add anchor".into(),
         SplineEdit::Insert { .. } => "Insert anchor".into(),
-        SplineEdit::Delete { anchor } => format!("Delete anchor {}", anchor + 1),
+        SplineEdit::Delete { anchor } | SplineEdit::DeleteFitted { anchor } => format!("Delete anchor {}", anchor + 1),
         SplineEdit::SetJoin { anchor, .. } => format!("Join of anchor {}", anchor + 1),
         SplineEdit::Straighten { segment } => format!("Straighten segment {}", segment + 1),
         SplineEdit::Close => "Close".into(),
@@ -461,6 +461,8 @@ fn name_of(edit: &SplineEdit, curve: Option<&str>) -> String {
         SplineEdit::Reverse => "Reverse".into(),
         SplineEdit::Cut { anchor, .. } => format!("Cut at anchor {}", anchor + 1),
         SplineEdit::Join { .. } => "Join splines".into(),
+        SplineEdit::Transform(_) => "Transform".into(),
+        SplineEdit::Replace(_) => "Reshape".into(),
         SplineEdit::SetScheme(_) => "Change scheme".into(),
         SplineEdit::SetJumps(_) => "Change what happens at jumps".into(),
         _ => "Edit".into(),

@@ -17,9 +17,13 @@ pub struct PanelInput {
 #[reflect(Resource, Default, Clone, Debug, PartialEq)]
 pub struct FreeView(pub Option<Rect>);
 
-/// Whether keys are not typed into a field of a panel.
-pub(crate) fn keyboard_is_free(panel: Res<PanelInput>) -> bool {
-    !panel.keyboard
+/// Whether keys belong to what a tool is doing: digits are a number then.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ToolKeys(pub(crate) bool);
+
+/// Whether keys are neither typed into a field of a panel nor into a transform.
+pub(crate) fn keyboard_is_free(panel: Res<PanelInput>, tool: Option<Res<ToolKeys>>) -> bool {
+    !panel.keyboard && !tool.is_some_and(|tool| tool.0)
 }
 
 /// Keys that change what others and the pointer mean.

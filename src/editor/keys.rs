@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use super::actions::EditorAction;
 use super::input::{Modifiers, keyboard_is_free};
 use super::tools::Tool;
+use super::tools::transform::TransformMode;
 use crate::plugin::DragState;
 
 /// A key, what must be held with it, and what it asks for.
@@ -71,6 +72,12 @@ pub const BINDINGS: &[Binding] = &[
         .asks(|| EditorAction::CycleJoin),
     key(KeyCode::Enter, "Enter", "End the pen", TOOLS).asks(|| EditorAction::Take(Tool::Select)),
     key(KeyCode::Escape, "Escape", "Take a gesture back; end the pen", TOOLS).asks(|| EditorAction::Take(Tool::Select)),
+    key(KeyCode::KeyG, "G", "Move the selection with the pointer; numbers may be typed", EDIT)
+        .asks(|| EditorAction::Transform(TransformMode::Move)),
+    key(KeyCode::KeyR, "R", "Turn the selection; in degrees", EDIT)
+        .asks(|| EditorAction::Transform(TransformMode::Turn)),
+    key(KeyCode::KeyS, "S", "Scale the selection; a factor", EDIT)
+        .asks(|| EditorAction::Transform(TransformMode::Scale)),
     key(KeyCode::KeyX, "X, Delete", "Delete the selected anchors, or the curves", EDIT).asks(|| EditorAction::Delete),
     key(KeyCode::KeyX, "Shift+X", "Delete the segment behind the active anchor", EDIT)
         .shift()
@@ -82,6 +89,15 @@ pub const BINDINGS: &[Binding] = &[
     key(KeyCode::KeyR, "Shift+R", "Let the curve run the other way", EDIT).shift().asks(|| EditorAction::Reverse),
     key(KeyCode::KeyL, "L", "Straighten the segment behind the active anchor", EDIT).asks(|| EditorAction::Straighten),
     key(KeyCode::KeyA, "Ctrl+A", "Select all curves", EDIT).control().asks(|| EditorAction::SelectAll),
+    key(KeyCode::KeyC, "Ctrl+C", "Copy the selected curves", EDIT).control().asks(|| EditorAction::Copy),
+    key(KeyCode::KeyV, "Ctrl+V", "Paste at the pointer", EDIT).control().asks(|| EditorAction::Paste { scaled: false }),
+    key(KeyCode::KeyV, "Ctrl+Shift+V", "Paste, scaled by the ratio of the models' sizes", EDIT)
+        .control()
+        .shift()
+        .asks(|| EditorAction::Paste { scaled: true }),
+    key(KeyCode::KeyD, "Ctrl+D", "Duplicate the selected curves in place", EDIT)
+        .control()
+        .asks(|| EditorAction::Duplicate),
     key(KeyCode::KeyZ, "Ctrl+Z", "Undo", EDIT).control().asks(|| EditorAction::Undo),
     key(KeyCode::KeyZ, "Ctrl+Shift+Z", "Redo", EDIT).control().shift().asks(|| EditorAction::Redo),
     key(KeyCode::KeyY, "Ctrl+Y", "Redo", EDIT).control().asks(|| EditorAction::Redo),
@@ -100,6 +116,7 @@ pub const HINTS: &[Hint] = &[
     Hint { label: "Alt, dragging a handle", meaning: "Free it from its partner", section: EDIT },
     Hint { label: "Ctrl, dragging a handle", meaning: "Turn it in steps of 15°", section: EDIT },
     Hint { label: "Shift, dragging a handle", meaning: "Keep its direction", section: EDIT },
+    Hint { label: "Shift, Ctrl in a transform", meaning: "Finer; in steps", section: EDIT },
     Hint { label: "Middle drag, Alt+left drag", meaning: "Orbit about the point under the pointer", section: VIEW },
     Hint { label: "Shift+middle drag", meaning: "Pan", section: VIEW },
     Hint { label: "Wheel, pinch", meaning: "Zoom to the pointer", section: VIEW },

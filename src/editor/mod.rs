@@ -11,6 +11,7 @@ use bevy::prelude::*;
 
 mod actions;
 mod camera;
+mod clipboard;
 pub mod colors;
 mod curves;
 mod history;
@@ -28,6 +29,7 @@ mod view;
 
 pub use actions::EditorAction;
 pub use camera::{Orbit, sphere_around};
+pub use clipboard::Clipboard;
 pub use curves::{Curve, CurveSpawner};
 pub use history::{History, HistorySystems, PlayHistory};
 pub use input::{FreeView, PanelInput};
@@ -35,6 +37,8 @@ pub use keys::{BINDINGS, Binding, HINTS, Hint};
 pub use model::{FirstModel, Model, ModelOpened, ModelRefused, OpenModel};
 pub use notices::{Notice, Notices, Severity};
 pub use selection::Selection;
+pub use tools::freehand::FreehandSettings;
+pub use tools::transform::{BeginTransform, TransformMode};
 pub use tools::{Tool, ToolSystems};
 #[cfg(feature = "editor")]
 pub use view::stage::StageSettings;

@@ -133,8 +133,10 @@ pub(crate) fn plugin(app: &mut App) {
 fn follow_edits(mut selection: ResMut<Selection>, mut edited: MessageReader<SplineEdited>) {
     for edit in edited.read().filter(|edit| edit.gesture.is_none()) {
         let moved = |anchor: u32| match &edit.edit {
-            SplineEdit::Delete { anchor: gone } if *gone == anchor => None,
-            SplineEdit::Delete { anchor: gone } if *gone < anchor => Some(anchor - 1),
+            SplineEdit::Delete { anchor: gone } | SplineEdit::DeleteFitted { anchor: gone } if *gone == anchor => None,
+            SplineEdit::Delete { anchor: gone } | SplineEdit::DeleteFitted { anchor: gone } if *gone < anchor => {
+                Some(anchor - 1)
+            }
             SplineEdit::Insert { at } if f64::from(anchor) > at.0 => Some(anchor + 1),
             SplineEdit::Restore(patch) if !patch.keeps_numbers() => None,
             SplineEdit::Replace(_) | SplineEdit::Open { .. } | SplineEdit::Reverse => None,

@@ -9,7 +9,11 @@ use super::theme;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::Tool;
+use crate::editor::tools::freehand::Freehand;
 use crate::editor::tools::pen::PenStart;
+use crate::editor::tools::transform::{Active, TransformMode, Transforming};
+
+use super::properties::significant;
 
 const HEIGHT: f32 = 30.0;
 
@@ -18,6 +22,8 @@ const HEIGHT: f32 = 30.0;
 pub(crate) struct Status<'w, 's> {
     tool: Res<'w, Tool>,
     pen: Res<'w, PenStart>,
+    transforming: Res<'w, Transforming>,
+    freehand: Res<'w, Freehand>,
     drag: Res<'w, DragState>,
     selection: Res<'w, Selection>,
     models: Query<'w, 's, (), With<Model>>,
@@ -46,6 +52,12 @@ impl Status<'_, '_> {
         }
         if self.models.is_empty() {
             return "Reading the model …".into();
+        }
+        if let Some(active) = &self.transforming.0 {
+            return transform_hint(active);
+        }
+        if self.freehand.is_fitting() {
+            return "Fitting a spline to the line …".into();
         }
         if let Some(grip) = self.drag.dragged() {
             let what = match grip.kind {
@@ -84,6 +96,20 @@ impl Status<'_, '_> {
         }
         .into()
     }
+}
+
+/// What is done, by how much, and how it ends.
+fn transform_hint(active: &Active) -> String {
+    let what = match active.mode {
+        TransformMode::Move => "Moving by",
+        TransformMode::Turn => "Turning by",
+        TransformMode::Scale => "Scaling by",
+    };
+    let unit = if active.mode == TransformMode::Turn { "°" } else { "" };
+    let typed = if active.typed.is_empty() { significant(active.amount, 4) } else { format!("{}▏", active.typed) };
+    format!(
+        "{what} {typed}{unit} · type a number · Shift finer, Ctrl in steps · click or Enter keeps, Escape takes back"
+    )
 }
 
 /// Shows the line at the bottom of a part of the window; gives its upper edge.

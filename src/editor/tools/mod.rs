@@ -3,15 +3,17 @@
 use bevy::picking::PickingSystems;
 use bevy::prelude::*;
 
-use super::input::Modifiers;
+use super::input::{Modifiers, ToolKeys};
 use super::selection::Selection;
 use crate::plugin::{ControlKind, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
 
+pub(crate) mod freehand;
 pub(crate) mod insert;
 pub(crate) mod join;
 pub(crate) mod pen;
 pub(crate) mod pointer;
 pub(crate) mod select;
+pub(crate) mod transform;
 
 pub(crate) use pointer::{Moment, PointerEvent, Target, ToolPointer};
 
@@ -79,6 +81,12 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<pen::PenStart>()
         .init_resource::<select::BoxSelection>()
         .init_resource::<insert::InsertPreview>()
+        .init_resource::<transform::Transforming>()
+        .init_resource::<freehand::Freehand>()
+        .init_resource::<freehand::FreehandSettings>()
+        .register_type::<freehand::FreehandSettings>()
+        .init_resource::<ToolKeys>()
+        .add_message::<transform::BeginTransform>()
         .add_systems(
             PreUpdate,
             (pointer::read_pointer, leave_to_tools)
@@ -87,7 +95,13 @@ pub(crate) fn plugin(app: &mut App) {
                 .after(bevy::input::InputSystems)
                 .before(SurfaceSplineSystems::Drag),
         )
-        .add_systems(Update, (select::select, pen::draw, insert::insert, join::click).chain().in_set(ToolSystems));
+        .add_systems(
+            Update,
+            // A transform takes what the pointer does before all others.
+            (transform::transform, select::select, pen::draw, freehand::draw, insert::insert, join::click)
+                .chain()
+                .in_set(ToolSystems),
+        );
 }
 
 /// The plugin drags single control points, but not those that a tool wants for itself: with Alt a drag orbits, and of several
@@ -96,10 +110,12 @@ fn leave_to_tools(
     keys: Res<ButtonInput<KeyCode>>,
     drag: Res<DragState>,
     pointer: Res<ToolPointer>,
-    (tool, selection): (Res<Tool>, Res<Selection>),
+    (tool, selection, transforming): (Res<Tool>, Res<Selection>, Res<transform::Transforming>),
+    mut tool_keys: ResMut<ToolKeys>,
     mut settings: ResMut<DragSettings>,
     mut picking: ResMut<SplinePickingSettings>,
 ) {
+    tool_keys.set_if_neq(ToolKeys(transforming.0.is_some()));
     if *drag == DragState::Idle {
         let alt = Modifiers::of(&keys).alt;
         let pressed = pointer.events.iter().find_map(|event| match event {
@@ -111,7 +127,7 @@ fn leave_to_tools(
             Tool::Pen => false,
             _ => true,
         });
-        settings.set_if_neq(DragSettings { enabled: !alt && !is_tools, ..*settings });
+        settings.set_if_neq(DragSettings { enabled: !alt && !is_tools && transforming.0.is_none(), ..*settings });
     }
     // Of control points at one place, the one that is selected is meant.
     let active = selection.spline().zip(selection.anchor());

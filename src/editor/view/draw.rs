@@ -14,6 +14,7 @@ use bevy::prelude::*;
 use crate::editor::colors;
 use crate::editor::curves::Curve;
 use crate::editor::selection::Selection;
+use crate::editor::tools::freehand::Freehand;
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
 const ON_TOP: f32 = -0.0007;
@@ -42,7 +43,7 @@ pub(crate) fn plugin(app: &mut App) {
         .insert_gizmo_config(LegLines, lines(1.0, ON_TOP))
         .insert_gizmo_config(FaintLines, faint_lines(2.0))
         .insert_gizmo_config(FaintLegLines, faint_lines(1.0))
-        .add_systems(PostUpdate, (draw_curves, draw_legs).in_set(SurfaceSplineSystems::Draw));
+        .add_systems(PostUpdate, (draw_curves, draw_legs, draw_stroke).in_set(SurfaceSplineSystems::Draw));
 }
 
 fn lines(width: f32, depth_bias: f32) -> GizmoConfig {
@@ -114,6 +115,16 @@ fn draw_legs(
             faint.linestrip(line.iter().copied(), color.with_alpha(colors::BEHIND));
             plain.linestrip(line, color);
         }
+    }
+}
+
+/// The line that is being drawn by hand.
+fn draw_stroke(mut wide: Gizmos<HoveredLines>, surfaces: SurfaceQueries, freehand: Res<Freehand>) {
+    let Some((on, line)) = freehand.drawn() else { return };
+    let Some(view) = surfaces.get(on) else { return };
+    for path in line.paths() {
+        let positions = path.positions(view.surface());
+        wide.linestrip(positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())), colors::ACCENT);
     }
 }
 

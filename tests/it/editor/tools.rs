@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy_surface_splines::curve::HandleSide;
 use bevy_surface_splines::editor::{EditorAction, Tool};
+use bevy_surface_splines::plugin::testing::update_until;
 use bevy_surface_splines::prelude::*;
 
 use super::{CENTRE, Studio};
@@ -243,4 +244,161 @@ fn handles_are_dragged_in_one_go() {
     let moved = studio.spline().anchors()[1].handle(HandleSide::Outgoing).point();
     assert!(studio.pixel(moved).distance(from + Vec2::new(20.0, 40.0)) < 0.5);
     assert_eq!(studio.names()[0].as_deref(), Some("Move handle of anchor 2 of Curve 1"));
+}
+
+/// Where the anchors of the only spline are seen.
+fn anchor_pixels(studio: &mut Studio) -> Vec<Vec2> {
+    let spline = studio.spline();
+    spline.anchors().iter().map(|anchor| studio.pixel(anchor.point())).collect()
+}
+
+fn assert_near(seen: &[Vec2], wanted: &[Vec2], slack: f32) {
+    assert_eq!(seen.len(), wanted.len());
+    let apart = seen.iter().zip(wanted).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(apart < slack, "{seen:?} instead of {wanted:?}");
+}
+
+#[test]
+fn what_is_selected_is_moved_turned_and_scaled() {
+    let mut studio = Studio::with_plane();
+    let places = [at(-100.0, 0.0), at(0.0, -60.0), at(60.0, 20.0)];
+    studio.draw(&places);
+    let before = studio.document();
+    let (entity, _) = studio.splines()[0].clone();
+    // A drag of the curve moves it all.
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    let middle = places[0].lerp(places[1], 0.5);
+    let shift = Vec2::new(40.0, 30.0);
+    studio.drag(&[middle, middle + 0.5 * shift, middle + shift]);
+    studio.settle();
+    assert_near(&anchor_pixels(&mut studio), &places.map(|p| p + shift), 1.5);
+    assert_eq!(studio.names()[0].as_deref(), Some("Move selection"));
+    studio.undo();
+    assert_eq!(studio.document(), before);
+    // R turns about the active anchor by what is typed.
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    studio.click(places[0]);
+    studio.control(KeyCode::KeyA);
+    studio.hand.move_to(&mut studio.app, at(200.0, 100.0));
+    studio.hand.move_to(&mut studio.app, places[0]);
+    studio.strike(KeyCode::KeyR);
+    studio.hand.write(&mut studio.app, '9');
+    studio.hand.write(&mut studio.app, '0');
+    studio.strike(KeyCode::Enter);
+    studio.settle();
+    // Counter-clockwise on the screen, whose y goes down, about the place under the pointer.
+    let turned = places.map(|p| places[0] + Vec2::new((p - places[0]).y, -(p - places[0]).x));
+    assert_near(&anchor_pixels(&mut studio), &turned, 1.0);
+    studio.undo();
+    // S scales as the pointer goes away from the centre; Escape takes it back.
+    studio.hand.move_to(&mut studio.app, at(0.0, 100.0));
+    studio.strike(KeyCode::KeyS);
+    studio.app.update();
+    studio.hand.move_to(&mut studio.app, at(80.0, 100.0));
+    assert_ne!(studio.document(), before, "it follows the pointer");
+    studio.strike(KeyCode::Escape);
+    studio.settle();
+    assert_eq!(studio.document(), before);
+    assert_eq!(studio.tool(), Tool::Select);
+    // Of several selected anchors all follow the one that is dragged.
+    studio.drag(&[at(-150.0, -100.0), at(-20.0, -40.0), at(30.0, 10.0)]);
+    assert_eq!(studio.selection().anchors().len(), 2, "the first two are in the box");
+    studio.drag(&[places[1], places[1] + Vec2::Y * 20.0, places[1] + Vec2::Y * 40.0]);
+    studio.settle();
+    let down = Vec2::Y * 40.0;
+    assert_near(&anchor_pixels(&mut studio), &[places[0] + down, places[1] + down, places[2]], 1.0);
+}
+
+#[test]
+fn freehand_lines_become_splines() {
+    let mut studio = Studio::with_sphere();
+    studio.strike(KeyCode::KeyN);
+    assert_eq!(studio.tool(), Tool::Freehand);
+    let wave: Vec<Vec2> =
+        (0..40u8).map(|i| at(-150.0 + 7.5 * f32::from(i), 60.0 * (f32::from(i) * 0.2).sin())).collect();
+    studio.drag(&wave);
+    assert!(update_until(&mut studio.app, |world| {
+        world.query::<&SplineTrace>().iter(world).count() == 1
+    }));
+    studio.settle();
+    let spline = studio.spline();
+    assert!(!spline.is_closed() && (2..=8).contains(&spline.anchors().len()), "{} anchors", spline.anchors().len());
+    // Every place of the line is near the curve.
+    let world = studio.app.world_mut();
+    let trace = world.query::<&SplineTrace>().single(world).expect("a trace").trace().clone();
+    let tolerance = 0.004 * studio.surface().diagonal();
+    let half_a_pixel = 0.002;
+    for place in &wave {
+        let ray = studio.app.world().get::<Camera>(studio.camera).expect("a camera");
+        let transform = studio.app.world().get::<GlobalTransform>(studio.camera).expect("a place");
+        let ray = ray.viewport_to_world(transform, *place).expect("a ray");
+        let hit = studio.surface().ray(ray.origin.as_dvec3(), ray.direction.as_dvec3()).expect("a hit");
+        let nearest = trace.nearest(studio.surface(), hit.position).expect("a place");
+        assert!(nearest.distance < tolerance + half_a_pixel, "{} from the line", nearest.distance);
+    }
+    // A larger tolerance makes it simpler, as long as nothing else was clicked.
+    let before = spline.anchors().len();
+    studio.app.world_mut().resource_mut::<bevy_surface_splines::editor::FreehandSettings>().tolerance = 0.05;
+    let fewer = |world: &mut World| {
+        let spline = world.query::<&SurfaceSpline>().single(world).expect("a spline");
+        spline.anchors().len() < before
+    };
+    assert!(update_until(&mut studio.app, fewer), "fewer anchors within a larger tolerance");
+    // A line that ends where it began is closed.
+    let ring: Vec<Vec2> = (0..=40u8)
+        .map(|i| at(0.0, 0.0) + 120.0 * Vec2::from_angle(f32::from(i) / 40.0 * std::f32::consts::TAU))
+        .collect();
+    studio.drag(&ring);
+    assert!(update_until(&mut studio.app, |world| {
+        world.query::<&SplineTrace>().iter(world).count() == 2
+    }));
+    assert!(studio.splines()[1].1.is_closed());
+}
+
+#[test]
+fn copies_are_pasted_at_the_pointer() {
+    let mut studio = Studio::with_plane();
+    let places = [at(-150.0, 0.0), at(-100.0, -60.0), at(-50.0, 20.0)];
+    studio.draw(&places);
+    let (entity, first) = studio.splines()[0].clone();
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    studio.control(KeyCode::KeyC);
+    studio.hand.move_to(&mut studio.app, at(50.0, 100.0));
+    studio.control(KeyCode::KeyV);
+    studio.settle();
+    let splines = studio.splines();
+    assert_eq!(splines.len(), 2);
+    let seen: Vec<Vec2> = splines[1].1.anchors().iter().map(|anchor| studio.pixel(anchor.point())).collect();
+    assert_near(&seen, &places.map(|p| p + Vec2::new(200.0, 100.0)), 0.5);
+    assert_eq!(studio.selection().splines(), [splines[1].0], "the copy is selected");
+    studio.control(KeyCode::KeyD);
+    studio.settle();
+    assert_eq!(studio.splines().len(), 3);
+    assert_eq!(studio.splines()[2].1, studio.splines()[1].1);
+    studio.undo();
+    studio.undo();
+    assert_eq!(studio.splines().iter().map(|(_, spline)| spline.clone()).collect::<Vec<_>>(), [first]);
+}
+
+#[test]
+fn nothing_to_do_is_said() {
+    let mut studio = Studio::with_plane();
+    studio.hand.move_to(&mut studio.app, CENTRE);
+    for (held, key) in [
+        (&[][..], KeyCode::KeyG),
+        (&[KeyCode::ControlLeft][..], KeyCode::KeyC),
+        (&[KeyCode::ControlLeft][..], KeyCode::KeyV),
+        (&[KeyCode::ControlLeft][..], KeyCode::KeyD),
+        (&[][..], KeyCode::KeyK),
+        (&[][..], KeyCode::KeyJ),
+    ] {
+        let before = studio.app.world().resource::<bevy_surface_splines::editor::Notices>().all().len();
+        studio.hand.strike_with(&mut studio.app, held, key);
+        studio.settle();
+        let notices = studio.app.world().resource::<bevy_surface_splines::editor::Notices>().all();
+        assert_eq!(notices.len(), before + 1, "{key:?} says why nothing happens");
+    }
 }
