@@ -120,6 +120,9 @@ impl Spline {
         let tolerance = checked(line, options)?;
         let finder = &mut workspace.finder;
         let mut shape = Shape::of(surface, finder, line, 0)?;
+        if shape.length() <= 0.0 {
+            return Err(FitError::TooFewPoints { count: 1 });
+        }
         let mut corners = corners(&shape, tolerance, options.corner_angle, line.is_closed());
         if let (true, Some(first)) = (line.is_closed(), corners.first().copied()) {
             shape = Shape::of(surface, finder, line, first)?;
@@ -142,10 +145,13 @@ pub(crate) fn refit(
     guess: [f64; 2],
 ) -> Result<Option<([f64; 2], f64)>, TraceError> {
     let options = FitOptions { scheme, ..FitOptions::default() };
-    if line.length() <= 0.0 {
+    if line.paths().is_empty() {
         return Ok(None);
     }
     let shape = Shape::of(surface, &mut workspace.finder, line, 0)?;
+    if shape.length() <= 0.0 {
+        return Ok(None);
+    }
     let tolerance = 1e-3 * shape.length();
     let mut fitter = Fitter::new(surface, workspace, shape, &options, tolerance, Vec::new(), false)?;
     Ok(Some(fitter.refit(tangents, guess)?))
