@@ -3,7 +3,7 @@
 
 use glam::{DMat2, DVec2};
 
-use super::{Anchor, Handle, Join, Spline, handles};
+use super::{Anchor, EditError, Handle, Join, Spline, handles};
 use crate::geodesic::{
     PathError, PathFinder, PathQuality, Tangent,
     inner::InnerPath,
@@ -83,12 +83,12 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// The frame at a point; its x axis is that of the point's face unless another is given.
-    pub(crate) fn new(surface: &Surface, at: &SurfacePoint, axis: Option<&Tangent>) -> Result<Self, PointError> {
+    pub(crate) fn new(surface: &Surface, at: &SurfacePoint, axis: Option<&Tangent>) -> Result<Self, EditError> {
         let axis = axis.copied().unwrap_or(Tangent { face: at.face, vector: DVec2::X });
         let (at, x) = surface.inner_tangent_at(at, &axis)?;
         let vector = unit(x.vector);
         if vector == DVec2::ZERO {
-            return Err(PointError::NotFinite("the axis", axis.face));
+            return Err(EditError::BadTransform);
         }
         Ok(Self { at, x: InnerTangent { vector, ..x } })
     }
@@ -101,6 +101,8 @@ impl Frame {
 
     /// Where a straight walk leads, and whether the boundary cut it short.
     fn walked(&self, surface: &Surface, spare: &mut InnerPath, step: DVec2) -> (Self, bool) {
+        // A document may say anything.
+        let step = if step.is_finite() { step } else { DVec2::ZERO };
         let heading = self.heading(surface, step);
         let length = step.length().min(MAX_LENGTH * surface.diagonal());
         let walk = walk_in(surface, &self.at, &heading, length, std::mem::take(spare));

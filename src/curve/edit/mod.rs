@@ -193,8 +193,11 @@ pub enum EditError {
     /// A length or an angle of the scheme is not a number.
     #[error("a length or an angle of the scheme is not a number: give numbers")]
     BadScheme,
-    /// A transform is not finite, or flattens everything to a line or a point.
-    #[error("the transform is not finite, or flattens everything: give numbers, and a scale that is not zero")]
+    /// A transform is not finite, flattens everything to a line or a point, or its axis has no length.
+    #[error(
+        "the transform is not finite, flattens everything or has an axis of no length: give numbers, a scale that is not \
+         zero and a direction"
+    )]
     BadTransform,
     /// The patch was made for another version of the spline.
     #[error("this restores another version of the spline: undo what came after it first")]

@@ -100,7 +100,9 @@ impl Spline {
     /// [`SplineEdit::Transform`](super::SplineEdit::Transform) does the same and says nothing.
     ///
     /// The identity gives the spline bit for bit. Turned back by the same angle, anchors are within 1e-9 of the diagonal of where
-    /// they were, unless the shortest path to them bends at a vertex.
+    /// they were, unless the shortest path to them bends at a vertex. Small changes of the transform move anchors a little, unless
+    /// the centre, or with [`Chained`](Coordinates::Chained) an anchor, lies exactly on a vertex: there is no tangent plane there.
+    /// Legs that belong to the document are led along; none is split where it would jump.
     ///
     /// Cost: a shortest path and three straight walks for each anchor.
     ///

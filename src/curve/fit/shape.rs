@@ -56,7 +56,7 @@ struct Leg {
 const SAMPLES: i32 = 6;
 
 impl Shape {
-    /// The shape of a line; a closed one begins at point `first`.
+    /// The shape of a line, which has a path; a closed one begins at point `first`.
     pub(super) fn of(
         surface: &Surface,
         finder: &mut PathFinder,
