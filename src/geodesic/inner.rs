@@ -121,6 +121,9 @@ impl InnerPath {
         if share >= 1.0 {
             return self.last();
         }
+        if self.strip.is_empty() {
+            return (0, between(&self.start, &self.end, share));
+        }
         self.at_distance(surface, share * self.length)
     }
 
