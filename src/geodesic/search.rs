@@ -46,7 +46,7 @@ struct Label {
 
 const NO_PARENT: u32 = u32::MAX;
 
-/// Scratch memory of the search: 64 bytes a face where it has been, and 136 a label.
+/// Scratch memory of the search: 64 bytes a face where it has been, and 140 a label.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
     pool: Vec<Label>,
@@ -239,7 +239,13 @@ impl Search {
             let twin = surface.twin(side);
             let to_middle = portal.middle().length();
             if self.is_improvement([side, twin], to_middle) {
-                self.keep(surface, Label { portal, wedge, to_source: 0.0, side, parent: NO_PARENT }, to_middle, twin, guide);
+                self.keep(
+                    surface,
+                    Label { portal, wedge, to_source: 0.0, side, parent: NO_PARENT },
+                    to_middle,
+                    twin,
+                    guide,
+                );
             }
         }
     }

@@ -17,6 +17,8 @@ use super::drags::bits;
 /// How many steps a drag has, each of this share of the diagonal.
 const STEPS: u32 = 40;
 const STEP: f64 = 0.002;
+/// Where frames in which nothing happens take longer than this, in milliseconds, times say nothing.
+const QUIET: f64 = 1.0;
 /// Time between frames, in milliseconds.
 const FRAME: f64 = 16.0;
 
@@ -208,7 +210,13 @@ fn print_and_check(what: &str, mut report: Report) {
         "{what}: frames {frames} ms (idle {idle} ms; own work {own} ms); {} of {steps} show something new, {} a trace; rest {rest} ms",
         report.shown, report.traced
     );
-    assert!(report.own.0[steps / 2] < 4.0, "most frames work less than 4 ms");
+    if report.idle.0[report.idle.0.len() / 2] < QUIET {
+        assert!(report.own.0[steps / 2] < 4.0, "most frames work less than 4 ms");
+    } else {
+        println!(
+            "not judged: frames in which nothing happens take so long that the machine must be busy with something else"
+        );
+    }
 }
 
 #[test]
@@ -219,8 +227,11 @@ fn no_frame_waits_on_a_large_mesh() {
     };
     let surface = Arc::new(surface);
     let (anchor, handle) = (ControlKind::Anchor(1), ControlKind::Handle(1, HandleSide::Outgoing));
-    let kinds =
-        [("anchor", anchor, Join::Smooth), ("handle", handle, Join::Smooth), ("automatic anchor", anchor, Join::Automatic)];
+    let kinds = [
+        ("anchor", anchor, Join::Smooth),
+        ("handle", handle, Join::Smooth),
+        ("automatic anchor", anchor, Join::Automatic),
+    ];
     for (name, polygons) in [("local", &polygons[100..104]), ("spanning", &polygons[..4])] {
         for (what, kind, join) in kinds {
             let mut report = Report::default();
@@ -234,7 +245,9 @@ fn no_frame_waits_on_a_large_mesh() {
 
     let fine = Arc::new(Surface::build(&refined(&mesh), &SurfaceOptions::default()).expect("a surface"));
     let near = |p: &SurfacePoint| fine.closest_point(surface.position(p)).expect("a place").point;
-    for (name, polygon) in [("local", polygons[100].each_ref().map(near)), ("spanning", polygons[0].each_ref().map(near))] {
+    for (name, polygon) in
+        [("local", polygons[100].each_ref().map(near)), ("spanning", polygons[0].each_ref().map(near))]
+    {
         for (what, kind, join) in kinds {
             let mut report = Report::default();
             drag(&fine, &polygon, kind, join, &mut report);
