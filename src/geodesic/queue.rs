@@ -100,6 +100,6 @@ mod tests {
         assert_eq!(order, [5, 6, 4, 3]);
         queue.clear(0.0);
         [f64::NAN, 2.0, 1.0].into_iter().for_each(|p| queue.push(p));
-        assert_eq!(queue.pop(1.5), Some(0));
+        assert_eq!(queue.pop(1.5), Some(1));
     }
 }
