@@ -156,6 +156,20 @@ fn make(
     })
 }
 
+/// Point `i` of the next level, if no level follows.
+fn last_point(
+    averager: &mut Averager<'_>,
+    knots: Knots,
+    i: usize,
+    legs: &[InnerPath],
+    across: &mut InnerPath,
+) -> Result<InnerPoint, PathError> {
+    Ok(match stencil(knots, i) {
+        Stencil::On(j, share) => legs[j].at_share(averager.surface, share).1,
+        _ => make(averager, knots, i, legs, 0, across)?.place.1,
+    })
+}
+
 /// The leg between two consecutive points of the next level, cut out of or bridged over legs of this one, and the paths `across`
 /// that the points are the middles of.
 fn join(
@@ -218,20 +232,26 @@ pub(crate) fn trace(
     points.extend(legs.iter().map(|leg| leg.start));
     points.extend(legs.last().map(|leg| leg.end));
     for level in 0..levels {
+        let count = 2 * knots.intervals + knots.degree;
         made.clear();
         across.clear();
-        for i in 0..2 * knots.intervals + knots.degree {
+        points.clear();
+        if !joined && level + 1 == levels {
+            let path = across.place();
+            for i in 0..count {
+                points.push(last_point(averager, knots, i, legs, path)?);
+            }
+            break;
+        }
+        for i in 0..count {
             made.push(make(averager, knots, i, legs, 0, across.place())?);
         }
-        points.clear();
         points.extend(made.iter().map(|m| m.place.1));
-        if joined || level + 1 < levels {
-            next.clear();
-            for (i, pair) in made.windows(2).enumerate() {
-                join(averager, [&pair[0], &pair[1]], [&across[i], &across[i + 1]], legs, 0, next.place())?;
-            }
-            std::mem::swap(legs, next);
+        next.clear();
+        for (i, pair) in made.windows(2).enumerate() {
+            join(averager, [&pair[0], &pair[1]], [&across[i], &across[i + 1]], legs, 0, next.place())?;
         }
+        std::mem::swap(legs, next);
         knots = knots.doubled();
     }
     Ok(())

@@ -62,7 +62,7 @@ pub struct PathFinder {
 }
 
 impl PathFinder {
-    /// Makes a finder; memory is taken where queries lead: 64 bytes a face that was reached, and as much a label.
+    /// Makes a finder; memory is taken where queries lead: 64 bytes a face that was reached, and 140 a label.
     pub fn new() -> Self {
         Self::default()
     }

@@ -121,6 +121,9 @@ impl InnerPath {
         if share >= 1.0 {
             return self.last();
         }
+        if self.strip.is_empty() {
+            return (0, if self.length > 0.0 { between(&self.start, &self.end, share) } else { self.start });
+        }
         self.at_distance(surface, share * self.length)
     }
 

@@ -13,7 +13,7 @@ pub enum PathQuality {
     /// Of paths across scanned models 14 % are longer than the shortest by 0.1 %, 3 % by 1 %. A tenth of the time of
     /// `Default`.
     Fast,
-    /// A search of all that could be shorter.
+    /// A search of all that could be shorter; between points less than twenty edges apart, of all that is likely to be.
     ///
     /// Of 377 paths with known exact distances none is longer by 0.1 %.
     #[default]

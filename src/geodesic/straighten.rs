@@ -45,6 +45,7 @@ pub(crate) struct Straightener {
     straight_through: Vec<Bend>,
     beside: Vec<Beside>,
     kept: Vec<HalfEdge>,
+    tried_at: Vec<f64>,
     /// Differences of length below this are rounding; found when lengths are first compared.
     noise: Option<f64>,
     /// Length of the taut string, if the string is up to date with strip and ends.
@@ -105,7 +106,6 @@ impl Straightener {
         if thoroughly && !out.frozen {
             let mut rounds = 0..MAX_DETOURS;
             while rounds.next().is_some() && self.look_beside(surface, &mut start, &mut end, &mut out.at) {}
-            out.frozen = self.settle(surface, &mut start, &mut end, &mut out.at);
         }
         (out.start, out.end) = (start, end);
         out.strip.clear();
@@ -141,7 +141,7 @@ impl Straightener {
     }
 
     /// Tries to pass vertices of positive curvature beside the path on their other side, the most promising ones first, and
-    /// straightens what comes of it; says whether that led to a shorter path.
+    /// straightens what comes of it; says whether that led to a shorter path, and leaves the path as it was where it did not.
     fn look_beside(
         &mut self,
         surface: &Surface,
@@ -156,6 +156,7 @@ impl Straightener {
         beside.retain(|b| b.gain > -HOPE * length);
         beside.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.bend.first.cmp(&b.bend.first)));
         let (mut kept, ends) = (std::mem::take(&mut self.kept), (*start, *end));
+        let mut tried_at = std::mem::take(&mut self.tried_at);
         kept.clone_from(&self.strip);
         let mut found = false;
         for Beside { bend, .. } in beside.iter().take(MAX_TRIALS) {
@@ -163,17 +164,18 @@ impl Straightener {
                 continue;
             }
             self.splice(surface, bend);
-            let frozen = self.settle(surface, start, end, at);
+            let frozen = self.settle(surface, start, end, &mut tried_at);
             let shorter = self.pull(surface, start, end);
             if !frozen && shorter < length * SHORTER {
                 found = true;
+                std::mem::swap(at, &mut tried_at);
                 break;
             }
             self.strip.clone_from(&kept);
             (*start, *end) = ends;
             self.taut = None;
         }
-        (self.beside, self.kept) = (beside, kept);
+        (self.beside, self.kept, self.tried_at) = (beside, kept, tried_at);
         found
     }
 

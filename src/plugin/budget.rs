@@ -4,9 +4,7 @@ use std::time::Duration;
 
 use bevy::prelude::*;
 
-use super::SurfaceSplineSystems;
-
-/// How long a frame may work on edits and traces.
+/// How long a frame may work on drags, edits and traces.
 ///
 /// What is expected to fit in is done in the frame, so that an edit and its trace show at once. What is not is computed in
 /// the background and no frame waits for it: see [`TracePreview`](super::TracePreview) and
@@ -19,7 +17,7 @@ use super::SurfaceSplineSystems;
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Resource, Default, Clone, Debug, PartialEq)]
 pub struct TraceBudget {
-    /// For edits and traces together; zero: all is computed in the background.
+    /// For drags, edits and traces together; zero: all is computed in the background.
     pub per_frame: Duration,
     /// A trace that is expected to take longer than this gets a preview of its own; while a shorter one is computed, the
     /// one before is shown.
@@ -38,7 +36,7 @@ impl Default for TraceBudget {
     }
 }
 
-/// What edits and traces have taken in this frame.
+/// What drags, edits and traces have taken in this frame.
 #[derive(Resource, Clone, Copy, Debug, Default)]
 pub(crate) struct FrameTime {
     spent: Duration,
@@ -66,7 +64,7 @@ pub(crate) fn configure(app: &mut App) {
     app.register_type::<TraceBudget>()
         .init_resource::<TraceBudget>()
         .init_resource::<FrameTime>()
-        .add_systems(PostUpdate, begin_frame.before(SurfaceSplineSystems::Edit));
+        .add_systems(First, begin_frame);
 }
 
 fn begin_frame(mut frame: ResMut<FrameTime>) {

@@ -7,20 +7,26 @@
 //! said. Escape, or a cancelled pointer, restores the spline as it was, bit for bit.
 //!
 //! In splines whose legs stay on their side, or that are split where they would jump
-//! ([`JumpPolicy`]), the way that the pointer took over the surface goes with the edit.
+//! ([`JumpPolicy`]), the way that the pointer took over the surface goes with the edit. Where a frame has no time for it
+//! ([`TraceBudget`]), it is found in the background and the edit comes later.
+
+use std::sync::Arc;
 
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
+use bevy::platform::time::Instant;
 use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
+use super::budget::{self, FrameTime, TraceBudget};
 use super::controls::{ControlKind, ControlPoint};
+use super::drag_ways::{Sent, Way, Ways};
 use super::edit::{EditRefusal, EditSpline, EndGesture, GestureId, SplineEditRefused};
 use super::pick::Picker;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
+use super::workspaces::Workspaces;
 use crate::curve::JumpPolicy;
-use crate::geodesic::{GeodesicPath, PathFinder};
 use crate::surface::SurfacePoint;
 
 /// How drags behave.
@@ -73,8 +79,6 @@ pub struct Grip {
     sheet: u32,
     /// Whether the pointer is over another sheet, and that was said.
     astray: bool,
-    /// The way from where the control point was, straightened; none where it is of no consequence.
-    along: Option<GeodesicPath>,
 }
 
 impl DragState {
@@ -102,9 +106,12 @@ pub struct DragPlugin;
 impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
         super::configure_sets(app);
+        budget::configure(app);
         app.register_type::<DragSettings>()
             .init_resource::<DragSettings>()
             .init_resource::<DragState>()
+            .init_resource::<Workspaces>()
+            .init_resource::<Ways>()
             .init_resource::<super::SplinePickingSettings>()
             .add_message::<PointerInput>()
             .add_message::<EditSpline>()
@@ -131,9 +138,11 @@ fn drag_controls(
     keys: Option<Res<ButtonInput<KeyCode>>>,
     mut inputs: MessageReader<PointerInput>,
     (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
-    (scene, mut finder): (Scene, Local<PathFinder>),
+    (scene, mut ways): (Scene, ResMut<Ways>),
+    (budget, mut frame, workspaces): (Res<TraceBudget>, ResMut<FrameTime>, Res<Workspaces>),
 ) {
-    let mut drag = Drag { state: state.clone(), target: None, end: None, finder: &mut finder };
+    let begin = Instant::now();
+    let mut drag = Drag { state: state.clone(), target: None, end: None, ways: &mut ways };
     if drag.state.held().is_some_and(|grip| !scene.still_there(grip)) || !settings.enabled {
         drag.finish(true);
     }
@@ -141,9 +150,7 @@ fn drag_controls(
         let held_by = drag.state.held().map(|grip| grip.pointer);
         match input.action {
             PointerAction::Press(PointerButton::Primary) if held_by.is_none() && settings.enabled => {
-                if let Some(grip) = scene.grab(input.pointer_id, &input.location) {
-                    drag.state = DragState::Pressed(grip);
-                }
+                drag.press(&scene, input.pointer_id, &input.location);
             }
             _ if held_by != Some(input.pointer_id) => {}
             PointerAction::Move { .. } => drag.follow(&mut commands, &scene, &settings, input.location.position),
@@ -159,6 +166,12 @@ fn drag_controls(
     }
     drag.flush(&mut edits, &mut ends, true);
     state.set_if_neq(drag.state);
+    ways.retain(|way| scene.is_on(way));
+    ways.lead(frame.left(&budget), &workspaces, |sent| match sent {
+        Sent::Edit(edit) => drop(edits.write(edit)),
+        Sent::End(end) => drop(ends.write(end)),
+    });
+    frame.spend(begin.elapsed());
 }
 
 /// The state machine during one frame.
@@ -168,10 +181,21 @@ struct Drag<'f> {
     target: Option<EditSpline>,
     /// The gesture that has ended.
     end: Option<EndGesture>,
-    finder: &'f mut PathFinder,
+    ways: &'f mut Ways,
 }
 
 impl Drag<'_> {
+    /// A pointer takes hold of what is under it.
+    fn press(&mut self, scene: &Scene, pointer: PointerId, at: &Location) {
+        let Some(grip) = scene.grab(pointer, at) else { return };
+        // Where the last drag of the spline leads to is known in a moment, and a new one begins from there.
+        if self.ways.has_one_of(grip.spline) {
+            return;
+        }
+        self.ways.begin(scene.way(&grip));
+        self.state = DragState::Pressed(grip);
+    }
+
     /// The pointer that holds the grip has moved.
     fn follow(&mut self, commands: &mut Commands, scene: &Scene, settings: &DragSettings, to: Vec2) {
         if let DragState::Pressed(grip) = &self.state
@@ -185,11 +209,9 @@ impl Drag<'_> {
         let edit = grip.kind.moved(hit.point);
         if scene.sheet(grip.surface, &hit.point) == Some(grip.sheet) {
             grip.astray = false;
-            let on = scene.surfaces.get(grip.surface).ok();
-            let lead = |along: &GeodesicPath| self.finder.continued(on?, along, &hit.point).ok();
-            grip.along = grip.along.as_ref().and_then(lead);
-            let edit = grip.along.as_ref().map_or(edit, |along| grip.kind.dragged(along.clone()));
-            self.target = Some(EditSpline::new(grip.spline, edit).undoable().in_gesture(grip.gesture));
+            if !self.ways.follow(grip.gesture, hit.point) {
+                self.target = Some(EditSpline::new(grip.spline, edit).undoable().in_gesture(grip.gesture));
+            }
         } else if !std::mem::replace(&mut grip.astray, true) {
             commands.trigger(SplineEditRefused { entity: grip.spline, edit, reason: EditRefusal::OtherPiece });
         }
@@ -197,8 +219,13 @@ impl Drag<'_> {
 
     /// The pointer lets go.
     fn finish(&mut self, cancel: bool) {
-        if let DragState::Dragging(grip) = &self.state {
-            self.end = Some(EndGesture { gesture: grip.gesture, cancel });
+        match &self.state {
+            DragState::Idle => {}
+            DragState::Pressed(grip) => self.ways.forget(grip.gesture),
+            DragState::Dragging(grip) => {
+                let end = EndGesture { gesture: grip.gesture, cancel };
+                self.end = (!self.ways.finish(end)).then_some(end);
+            }
         }
         self.state = DragState::Idle;
     }
@@ -227,7 +254,6 @@ impl Scene<'_, '_> {
         let control = self.controls.get(entity).ok()?;
         let (spline, on) = self.splines.get(control.spline).ok()?;
         let point = control.kind.point(spline)?;
-        let along = (spline.jumps() != JumpPolicy::Allow).then(|| GeodesicPath::at_rest(point));
         Some(Grip {
             pointer,
             camera,
@@ -239,8 +265,24 @@ impl Scene<'_, '_> {
             surface: on.0,
             sheet: self.sheet(on.0, &point)?,
             astray: false,
-            along,
         })
+    }
+
+    /// The way that a grip leads along; none where that is of no consequence.
+    fn way(&self, grip: &Grip) -> Option<Way> {
+        let (spline, _) = self.splines.get(grip.spline).ok()?;
+        let surface = self.surfaces.get(grip.surface).ok()?.0.clone();
+        let from = grip.kind.point(spline)?;
+        let matters = spline.jumps() != JumpPolicy::Allow;
+        matters.then(|| Way::new(grip.spline, grip.kind, grip.gesture, surface, from))
+    }
+
+    /// Whether the spline of a way still lies on the surface that it leads over.
+    fn is_on(&self, way: &Way) -> bool {
+        let on = |(_, on): (&SurfaceSpline, &OnSurface)| {
+            self.surfaces.get(on.0).is_ok_and(|surface| Arc::ptr_eq(&surface.0, way.surface()))
+        };
+        self.splines.get(way.spline).is_ok_and(on)
     }
 
     /// Whether the pointer is over something else first: a panel, a button, another model.

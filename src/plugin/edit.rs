@@ -12,6 +12,7 @@ use super::SurfaceSplineSystems;
 use super::background::SAFE_FACES;
 use super::budget::{self, FrameTime, TraceBudget};
 use super::costs::Pace;
+use super::drag_ways::Ways;
 use super::edit_costs::edit_work;
 use super::edit_queue::{AppliedEdit, Item, PendingEdit, Queue, RunningEdit, apply, remove_pending};
 use super::spline::SurfaceSpline;
@@ -156,6 +157,7 @@ impl Plugin for EditPlugin {
             .add_message::<SplineEdited>()
             .add_message::<GestureEnded>()
             .init_resource::<Workspaces>()
+            .init_resource::<Ways>()
             .init_resource::<Edits>()
             .add_observer(remove_pending)
             .add_systems(PostUpdate, apply_edits.in_set(SurfaceSplineSystems::Edit));
@@ -194,7 +196,7 @@ fn apply_edits(
     mut edits: ResMut<Edits>,
     (budget, mut frame, workspaces): (Res<TraceBudget>, ResMut<FrameTime>, Res<Workspaces>),
     (splines, surfaces): (Splines, Surfaces),
-    pending: Query<(Entity, &PendingEdit)>,
+    (pending, ways): (Query<(Entity, &PendingEdit)>, Res<Ways>),
 ) {
     let begin = Instant::now();
     let mut desk = Desk {
@@ -214,7 +216,7 @@ fn apply_edits(
     busy.into_iter().for_each(|entity| desk.go_on(entity));
     messages.read().for_each(|message| desk.take_edit(message));
     ends.read().for_each(|end| desk.take_end(*end));
-    desk.show_pending(&pending);
+    desk.show_pending(&pending, &ways);
     desk.write_back();
     edits.gestures.retain(|_, gesture| splines.contains(gesture.spline));
     frame.spend(begin.elapsed());
@@ -404,15 +406,17 @@ impl Desk<'_, '_, '_> {
         self.ended.write(GestureEnded { gesture: end.gesture, entity, cancelled: end.cancel });
     }
 
-    /// Keeps the [`PendingEdit`]s.
-    fn show_pending(&mut self, pending: &Query<(Entity, &PendingEdit)>) {
-        for (entity, _) in pending.iter().filter(|(entity, _)| !self.edits.queues.contains_key(entity)) {
+    /// Keeps the [`PendingEdit`]s: of a control point whose way is not known yet there is no edit, but where it is to be is known.
+    fn show_pending(&mut self, pending: &Query<(Entity, &PendingEdit)>, ways: &Ways) {
+        let queued = self.edits.queues.iter().filter_map(|(entity, queue)| Some((*entity, queue.newest()?.clone())));
+        let mut newest: EntityHashMap<SplineEdit> = queued.collect();
+        newest.extend(ways.unknown());
+        for (entity, _) in pending.iter().filter(|(entity, _)| !newest.contains_key(entity)) {
             self.commands.entity(entity).try_remove::<PendingEdit>();
         }
-        for (entity, queue) in &self.edits.queues {
-            let shown = pending.get(*entity).ok().map(|(_, pending)| pending.edit());
-            if let Some(edit) = queue.newest().filter(|edit| shown != Some(*edit)) {
-                self.commands.entity(*entity).try_insert(PendingEdit::new(edit.clone()));
+        for (entity, edit) in newest {
+            if pending.get(entity).ok().map(|(_, pending)| pending.edit()) != Some(&edit) {
+                self.commands.entity(entity).try_insert(PendingEdit::new(edit));
             }
         }
     }

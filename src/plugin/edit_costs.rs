@@ -2,6 +2,7 @@
 
 use super::costs::trace_work;
 use crate::curve::{Coordinates, Join, JumpPolicy, SelectionTransform, Spline, SplineEdit};
+use crate::geodesic::GeodesicPath;
 use crate::surface::{Surface, SurfacePoint};
 
 /// Seconds for an edit, whatever it does.
@@ -71,6 +72,14 @@ fn middles_work(surface: &Surface, spline: &Spline, around: &[usize]) -> f64 {
     }
     let segments: Vec<usize> = around.iter().copied().filter(|i| *i < spline.segment_count()).collect();
     trace_work(surface, spline, &segments)
+}
+
+/// Modelled work of continuing a way through some places.
+pub(crate) fn lead_work(surface: &Surface, way: &GeodesicPath, places: &[SurfacePoint]) -> f64 {
+    let mut last = way.end();
+    let searches = places.iter().map(|to| search_work(surface, std::mem::replace(&mut last, *to), *to));
+    let straightening = PER_EDGE * way.length() / edge(surface, way.end());
+    searches.sum::<f64>() + places.len() as f64 * (PER_EDIT + straightening)
 }
 
 /// Modelled work of the search for a way between two points.

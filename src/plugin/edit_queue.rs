@@ -30,7 +30,7 @@ impl PendingEdit {
         Self { edit }
     }
 
-    /// The edit.
+    /// The edit; of a control point that is led along a way not known yet, the move without the way.
     pub fn edit(&self) -> &SplineEdit {
         &self.edit
     }

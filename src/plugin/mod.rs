@@ -20,6 +20,7 @@ mod curve;
 mod debug_draw;
 mod diagnostics;
 mod drag;
+mod drag_ways;
 mod edit;
 mod edit_costs;
 mod edit_queue;

@@ -44,10 +44,15 @@ pub(crate) fn corner_angle(a: f64, b: f64, c: f64) -> f64 {
 /// `length` = |ab|, `la` = distance from a, `lb` = distance from b. A side of no length puts the corner above `a`.
 #[inline]
 pub(crate) fn apex(a: DVec2, b: DVec2, length: f64, la: f64, lb: f64) -> DVec2 {
+    apex_over(a, b, [length, 1.0 / length], la, lb)
+}
+
+/// [`apex`], given the length of the side and one over it.
+#[inline]
+pub(crate) fn apex_over(a: DVec2, b: DVec2, [length, per_length]: [f64; 2], la: f64, lb: f64) -> DVec2 {
     if length <= 0.0 {
         return DVec2::new(a.x, a.y + la);
     }
-    let per_length = 1.0 / length;
     // (la − lb)(la + lb) instead of la² − lb²: the difference of squares cancels for needles.
     let x = 0.5 * ((la - lb) * (la + lb) * per_length + length);
     // By Pythagoras where that loses no more than two digits.
