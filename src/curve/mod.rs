@@ -10,7 +10,7 @@ mod casteljau;
 mod comparison;
 mod curvature;
 mod edit;
-mod handles;
+pub(crate) mod handles;
 mod lane_riesenfeld;
 mod piece;
 mod retrace;

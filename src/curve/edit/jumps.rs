@@ -56,7 +56,7 @@ impl Spline {
 
     /// Sees to it that exactly those segments have a middle leg that are to have one, and that it joins their handles; what
     /// is missing is searched.
-    pub(super) fn settle_middles(&mut self, surface: &Surface, finder: &mut PathFinder) -> Result<(), PathError> {
+    pub(crate) fn settle_middles(&mut self, surface: &Surface, finder: &mut PathFinder) -> Result<(), PathError> {
         let sticky = self.jumps == JumpPolicy::Sticky;
         let n = self.anchors.len();
         for i in 0..n {
