@@ -17,7 +17,7 @@ fn within<E: Error>(x: f64, least: f64, most: f64) -> Result<f64, E> {
     if (least..=most).contains(&x) {
         return Ok(x);
     }
-    Err(E::custom(format_args!("{x} is not a number from {least:?} to {most:?}")))
+    Err(E::custom(format_args!("{x:?} is not a number from {least:?} to {most:?}")))
 }
 
 fn all<E: Error, const N: usize>(list: [f64; N], least: f64, most: f64) -> Result<[f64; N], E> {
@@ -52,7 +52,9 @@ pub(super) fn heading<'de, D: Deserializer<'de>>(d: D) -> Result<Option<(u32, f6
     if let Some((_, x, y)) = heading {
         let length = x.hypot(y);
         if !(length == 0.0 || (length - 1.0).abs() <= 1e-6) {
-            return Err(D::Error::custom(format_args!("the direction ({x}, {y}) is neither of length one nor zero")));
+            return Err(D::Error::custom(format_args!(
+                "the direction ({x:?}, {y:?}) is neither of length one nor zero"
+            )));
         }
     }
     Ok(heading)

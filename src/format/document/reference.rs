@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::ranges;
-use crate::surface::{Surface, SurfaceOptions};
+use crate::surface::{Surface, SurfaceOptions, SurfacePoint};
 
 /// By what a document knows its surface again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,11 +80,16 @@ impl Default for Frame {
 }
 
 impl Frame {
-    pub(super) fn in_file(&self, position: DVec3) -> [f64; 3] {
-        if is_default(self) {
-            return position.to_array(); // as it is, −0 too
-        }
-        (DVec3::from_array(self.centre) + self.unit * position).to_array()
+    /// A position in the file's coordinates, as a hint: rounded to a hundred-millionth of the surface's diagonal at least, for
+    /// digits make documents long.
+    pub(super) fn hint(&self, surface: &Surface, point: &SurfacePoint) -> [f64; 3] {
+        let position = DVec3::from_array(self.centre) + self.unit * surface.position(point);
+        let digits = 9.0 - (self.unit * surface.diagonal()).log10().ceil();
+        let scale = 10_f64.powi(digits as i32);
+        position.to_array().map(|x| {
+            let rounded = (x * scale).round() / scale + 0.0;
+            if rounded.is_finite() { rounded } else { x }
+        })
     }
 
     pub(super) fn of_file(&self, position: DVec3) -> DVec3 {

@@ -110,7 +110,7 @@ impl TryFrom<(u32, u8, f64)> for StoredCrossing {
 
     fn try_from((face, side, at): (u32, u8, f64)) -> Result<Self, String> {
         if side > 2 || !(0.0..=1.0).contains(&at) {
-            return Err(format!("side {side} at {at} is no place on a side: sides are 0 to 2, places 0.0 to 1.0"));
+            return Err(format!("side {side} at {at:?} is no place on a side: sides are 0 to 2, places 0.0 to 1.0"));
         }
         Ok(Self(Crossing { face: FaceId(face), side, at }))
     }
@@ -142,7 +142,7 @@ impl StoredAnchor {
         let middle = middle.as_ref().map(|leg| StoredLeg::of(leg, &outgoing.leg.end, &next.incoming.leg.end));
         Ok(Self {
             point: StoredPoint(*point),
-            position: frame.in_file(surface.position(point)),
+            position: frame.hint(surface, point),
             join: *join,
             incoming: StoredHandle::of(surface, frame, incoming, point)?,
             outgoing: StoredHandle::of(surface, frame, outgoing, point)?,
@@ -162,7 +162,7 @@ impl StoredHandle {
         let at_rest = is_at_rest(leg, anchor);
         let no_heading = heading.face == anchor.face && heading.vector.to_array().map(f64::to_bits) == [0; 2];
         Ok(Self {
-            position: (!at_rest).then(|| frame.in_file(surface.position(&leg.end))),
+            position: (!at_rest).then(|| frame.hint(surface, &leg.end)),
             heading: (!no_heading).then_some((heading.face.0, heading.vector.x, heading.vector.y)),
             wished: (wished_length.to_bits() != leg.length.to_bits()).then_some(*wished_length),
             leg: (!at_rest).then(|| StoredLeg::of(leg, anchor, anchor)),

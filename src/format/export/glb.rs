@@ -81,15 +81,12 @@ impl Parts {
 
     fn into_glb(self) -> Result<Vec<u8>, ExportError> {
         let version = env!("CARGO_PKG_VERSION");
-        let mut json =
-            format!(r#"{{"asset":{{"version":"2.0","generator":"bevy_surface_splines {version}"}},"scene":0"#);
-        let scene: Vec<String> = (0..self.nodes.len()).map(|i| i.to_string()).collect();
+        let mut json = format!(r#"{{"asset":{{"version":"2.0","generator":"bevy_surface_splines {version}"}}"#);
         // Lists of a glTF document are not empty.
-        let _ = if scene.is_empty() {
-            write!(json, r#","scenes":[{{}}]"#)
-        } else {
-            write!(json, r#","scenes":[{{"nodes":[{}]}}]"#, scene.join(","))
-        };
+        if !self.nodes.is_empty() {
+            let scene: Vec<String> = (0..self.nodes.len()).map(|i| i.to_string()).collect();
+            let _ = write!(json, r#","scene":0,"scenes":[{{"nodes":[{}]}}]"#, scene.join(","));
+        }
         for (name, list) in [
             ("nodes", &self.nodes),
             ("meshes", &self.meshes),
