@@ -70,7 +70,7 @@ pub enum DocumentError {
         /// The part of it.
         part: String,
         /// What is wrong with it.
-        fault: SplineFault,
+        fault: Box<SplineFault>,
     },
 }
 

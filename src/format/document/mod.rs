@@ -155,7 +155,7 @@ impl Document {
                     index,
                     name,
                     part: format!("anchor {anchor}"),
-                    fault: error.into(),
+                    fault: Box::new(error.into()),
                 });
             }
         };

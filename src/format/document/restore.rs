@@ -57,7 +57,7 @@ impl Document {
                 index,
                 name: spline.name.clone(),
                 part,
-                fault,
+                fault: Box::new(fault),
             })?));
         }
         Ok(Restored { splines, mapping: None })

@@ -7,12 +7,14 @@ use std::time::{Duration, Instant};
 use bevy_surface_splines::curve::{Spline, TraceWorkspace};
 use bevy_surface_splines::format::document::{Document, SurfaceReference};
 use bevy_surface_splines::surface::Surface;
+use cpu_time::ProcessTime;
 
 use super::{build, everything, mesh, restore};
 use crate::Random;
 
 /// Tells the test that it is the child process, and how many mutations it is to make.
 const CHILD: &str = "SURFACE_SPLINES_MUTATIONS";
+/// Of processor time, which does not depend on what else the machine does; the child does nothing else.
 const TRACE_LIMIT: Duration = Duration::from_secs(1);
 const MEMORY_LIMIT_KIB: u64 = 256 * 1024;
 
@@ -68,6 +70,7 @@ fn child_breaks_documents() {
         "{} restored, {} of them by mapping; {} splines traced, the slowest in {:.1?}",
         judge.restored, judge.mapped, judge.traced, judge.slowest
     );
+    trace_finely(&judge.surface, &text);
     println!("peak KiB: {}", peak_kib());
     // Neither everything nor nothing is refused.
     assert!(loaded > mutations / 20 && loaded < mutations * 19 / 20);
@@ -102,7 +105,7 @@ impl Judge {
     }
 
     fn used(&mut self, bytes: &[u8]) -> bool {
-        let begin = Instant::now();
+        let begin = ProcessTime::now();
         let document = match Document::from_bytes(bytes) {
             Ok(document) => document,
             Err(error) => {
@@ -119,10 +122,10 @@ impl Judge {
         self.restored += 1;
         self.mapped += u32::from(restored.mapping.is_some());
         for spline in restored.splines.into_iter().flatten() {
-            if self.seen.iter().any(|seen| *seen == spline) {
+            if self.seen.contains(&spline) {
                 continue;
             }
-            let begin = Instant::now();
+            let begin = ProcessTime::now();
             let traced = spline.trace(&self.surface, &mut self.workspace, None);
             let took = begin.elapsed();
             assert!(took < TRACE_LIMIT, "{took:?}: {}", String::from_utf8_lossy(bytes));
@@ -276,6 +279,36 @@ fn lines_changed(text: &str, kind: usize, random: &mut Random) -> String {
         _ => lines.swap(a, b),
     }
     lines.concat()
+}
+
+/// The most costly schemes that a document can ask for.
+fn trace_finely(surface: &Surface, text: &str) {
+    let known = Document::from_ron(text).unwrap().surface;
+    let begin_of = |at: usize| text[at..].find("scheme: (").map(|i| at + i);
+    let mut slowest = Duration::ZERO;
+    for method in ["DeCasteljau", "LaneRiesenfeld", "BSpline", "QuadraticBSpline", "Direct", "CentreOfMass"] {
+        for sampling in ["Levels(255)", "Length(0.0)", "Length(1e-300)", "Adaptive(turn: 0.0, length: Some(0.0))"] {
+            let scheme = format!("scheme: (method: {method}, sampling: {sampling}, on_curve: true, quality: Best)");
+            let (mut changed, mut at) = (String::new(), 0);
+            while let Some(begin) = begin_of(at) {
+                let end = begin + text[begin..].find("        ),").unwrap() + "        )".len();
+                changed.push_str(&text[at..begin]);
+                changed.push_str(&scheme);
+                at = end;
+            }
+            changed.push_str(&text[at..]);
+            let document = Document::from_ron(&changed).unwrap();
+            for spline in restore(&document, surface, &known).unwrap().splines.iter().flatten() {
+                let begin = ProcessTime::now();
+                let trace = spline.trace(surface, &mut TraceWorkspace::default(), None);
+                let took = begin.elapsed();
+                assert!(trace.is_ok(), "{method}, {sampling}");
+                slowest = slowest.max(took);
+            }
+        }
+    }
+    println!("with the finest schemes the slowest took {slowest:.1?}");
+    assert!(slowest < TRACE_LIMIT);
 }
 
 /// The most memory that this process ever held.

@@ -218,7 +218,8 @@ fn forged_legs_are_refused() {
     let leg = text.find("leg: Some((end").expect("a leg that begins at its anchor") + "leg: Some((".len();
     let begins = format!("{}start: Some((0, 0.25, 0.25, 0.5)), {}", &text[..leg], &text[leg..]);
     let error = Document::from_ron(&begins).unwrap().restore(&surface, &mut PathFinder::new()).unwrap_err();
-    assert!(matches!(error, DocumentError::Spline { fault: SplineFault::Point(_), .. }), "{error}");
+    let DocumentError::Spline { fault, .. } = &error else { panic!("{error}") };
+    assert!(matches!(**fault, SplineFault::Point(_)), "{error}");
 }
 
 #[test]
