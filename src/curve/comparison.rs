@@ -23,6 +23,8 @@ use crate::surface::InnerPoint;
 
 /// Levels of these schemes where the sampling is adaptive.
 const LEVELS: u8 = 5;
+/// Most levels: centres of mass take milliseconds each where legs are long.
+const MOST_LEVELS: u8 = 8;
 
 /// Traces a segment by points at evenly spaced parameters, and finds where they jump.
 ///
@@ -37,7 +39,7 @@ pub(crate) fn sample(
     /// Steps longer than both neighbours by this factor are looked at.
     const LONGER: f64 = 1.25;
     let longest = legs.iter().map(|leg| leg.length).fold(0.0, f64::max);
-    let count = 1_usize << sampling.levels(longest).unwrap_or(LEVELS);
+    let count = 1_usize << sampling.levels(longest).unwrap_or(LEVELS).min(MOST_LEVELS);
     let parameters: Vec<f64> = (0..=count).map(|k| k as f64 / count as f64).collect();
     let mut points = Vec::with_capacity(count + 1);
     let mut paths: Vec<InnerPath> = Vec::with_capacity(count);

@@ -12,7 +12,7 @@ mod comparison;
 mod curvature;
 mod edit;
 mod fit;
-mod handles;
+pub(crate) mod handles;
 mod lane_riesenfeld;
 mod normal;
 mod piece;

@@ -90,7 +90,7 @@ impl Spline {
         let Some(key) = &trace.key else { return false };
         let n = self.anchors.len();
         let anchor = |k: usize| &self.anchors[(segment + k) % n];
-        key.surface == surface.fingerprint()
+        key.surface == surface.identity()
             && key.scheme == self.scheme.settled()
             && match (&key.control, self.knots(segment)) {
                 (KeyControl::Bezier { legs, middle }, None) => {
@@ -131,7 +131,7 @@ impl Spline {
                 middle: anchor(0).middle.clone(),
             },
         };
-        SegmentKey { surface: surface.fingerprint(), control, scheme: self.scheme.settled() }
+        SegmentKey { surface: surface.identity(), control, scheme: self.scheme.settled() }
     }
 }
 

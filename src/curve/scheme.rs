@@ -79,7 +79,8 @@ impl Method {
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub enum Sampling {
-    /// Every segment is halved this often, at most [`Scheme::MAX_LEVELS`].
+    /// Every segment is halved this often, at most [`Scheme::MAX_LEVELS`]; those of schemes for comparison at most eight
+    /// times.
     Levels(u8),
     /// Every segment is halved until no geodesic of its trace is longer than this, in local units, as far as its control
     /// polygon tells: exact in the plane, where the longest is mostly between a quarter of this and all of it.

@@ -38,9 +38,9 @@ pub struct SegmentTrace {
     paths: Vec<GeodesicPath>,
     polyline: Vec<DVec3>,
     /// Distance along the trace of each vertex of the polyline.
-    distances: Vec<f64>,
+    pub(crate) distances: Vec<f64>,
     /// Where each path begins in the polyline, and one past the end.
-    begins: Vec<u32>,
+    pub(crate) begins: Vec<u32>,
     bound: Option<TraceBound>,
     pub(crate) jumps: Vec<Jump>,
 }
@@ -328,29 +328,6 @@ impl Trace {
             position: found,
             distance: found.distance(position),
         })
-    }
-
-    /// Writes the polyline as an OBJ line, replacing the file only when all is written.
-    ///
-    /// # Errors
-    /// What the file system says.
-    pub fn write_obj(&self, path: impl AsRef<std::path::Path>) -> std::io::Result<()> {
-        use std::fmt::Write as _;
-        let mut text = String::new();
-        let positions = self.positions();
-        for p in &positions {
-            let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z); // writing to a string cannot fail
-        }
-        text.push('l');
-        for i in 1..=positions.len() {
-            let _ = write!(text, " {i}");
-        }
-        text.push('\n');
-        let path = path.as_ref();
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".part");
-        std::fs::write(&beside, text)?;
-        std::fs::rename(&beside, path)
     }
 }
 

@@ -10,7 +10,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{Index, Root, buffer};
 
 use super::error::{Cause, Fault};
-use super::read::read_file;
+use super::regular::read_file;
 
 /// Standard base64, with or without padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(

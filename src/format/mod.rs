@@ -1,6 +1,6 @@
-//! Mesh files.
+//! Files: meshes in, documents in and out, traces out.
 //!
-//! [`read_mesh`] reads a file, [`parse_mesh`] bytes that are in memory already. Both give a
+//! With the feature `formats`, `read_mesh` reads a mesh file, `parse_mesh` bytes that are in memory already. Both give a
 //! [`TriangleMesh`](crate::surface::TriangleMesh) as the file has it: nothing is welded, oriented or dropped. Coordinates that
 //! are infinite or not numbers pass through; whatever builds a surface drops their faces.
 //!
@@ -13,19 +13,41 @@
 //! | glTF, GLB | triangles, strips and fans of the default scene, with the nodes' transforms |
 //!
 //! A polygon of n corners gives n − 2 consecutive triangles, a fan from its first corner. Nothing in a file makes a reader
-//! panic, hang, or reserve memory out of proportion to the file; errors name the line or byte, see [`FormatError`].
+//! panic, hang, or reserve memory out of proportion to the file; errors name the line or byte, see `FormatError`.
+//!
+//! With the feature `document`, `document` holds splines and their surface in RON. [`export`] writes traces as lines, and
+//! [`save`] is how all files are written.
 
+#[cfg(feature = "document")]
+pub mod document;
+#[cfg(feature = "formats")]
 mod error;
+pub mod export;
+#[cfg(feature = "formats")]
 mod gltf;
+#[cfg(feature = "formats")]
 mod gltf_data;
+#[cfg(feature = "formats")]
 mod obj;
+#[cfg(feature = "formats")]
 mod off;
+#[cfg(feature = "formats")]
 mod ply;
+#[cfg(feature = "formats")]
 mod ply_values;
+#[cfg(feature = "formats")]
 mod read;
+#[cfg(any(feature = "formats", feature = "document"))]
+mod regular;
+pub mod save;
+#[cfg(feature = "formats")]
 mod stl;
+#[cfg(feature = "formats")]
 mod strip;
+#[cfg(feature = "formats")]
 mod text;
 
+#[cfg(feature = "formats")]
 pub use error::{Cause, FormatError, Place};
+#[cfg(feature = "formats")]
 pub use read::{LoadError, MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};

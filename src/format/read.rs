@@ -1,11 +1,10 @@
 //! Which format a file has, and reading it.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 
 use super::error::{Fault, FormatError};
+use super::regular::read_file;
 use super::{gltf, obj, off, ply, stl, text};
 use crate::surface::TriangleMesh;
 
@@ -144,20 +143,6 @@ fn parse(bytes: &[u8], format: MeshFormat, folder: Option<&Path>) -> Result<Tria
         MeshFormat::Glb => gltf::parse_glb(bytes, folder),
     };
     mesh.map_err(|fault: Fault| fault.in_format(format))
-}
-
-/// Reads a regular file, at most `limit` bytes of it. Devices and pipes are refused, since they may never end.
-pub(super) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let metadata = path.metadata()?;
-    if !metadata.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
-    }
-    let length = metadata.len().min(limit);
-    let mut bytes = Vec::new();
-    let reserved = bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX));
-    reserved.map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
-    File::open(path)?.take(length).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 impl crate::surface::Surface {

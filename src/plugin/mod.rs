@@ -19,6 +19,10 @@ mod costs;
 mod curve;
 mod debug_draw;
 mod diagnostics;
+#[cfg(feature = "document")]
+mod document;
+#[cfg(feature = "document")]
+mod document_asset;
 mod drag;
 mod drag_ways;
 mod edit;
@@ -45,6 +49,13 @@ pub use controls::{ControlKind, ControlOf, ControlPoint, Controls, ControlsPlugi
 pub use curve::TraceCurve;
 pub use debug_draw::{DebugDrawPlugin, SplineGizmos};
 pub use diagnostics::SplineDiagnosticsPlugin;
+#[cfg(feature = "document")]
+pub use document::{
+    CaptureError, ConflictChoice, DocumentConflict, DocumentFailed, DocumentPlugin, DocumentRestored, DocumentSaved,
+    DocumentState, DocumentedSpline, KnownMesh, ResolveConflict, SaveDocument, SplineDocument, SplineDocuments,
+};
+#[cfg(feature = "document")]
+pub use document_asset::{DocumentAsset, DocumentLoader, DocumentSaver};
 pub use drag::{DragPlugin, DragSettings, DragState, Grip};
 pub use edit::{
     EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
@@ -98,7 +109,8 @@ fn configure_sets(app: &mut App) {
 #[derive(Resource)]
 struct SetsConfigured;
 
-/// Everything that works without a window: surfaces, splines, edits, traces, picking, dragging, diagnostics, gizmos.
+/// Everything that works without a window: surfaces, splines, documents, edits, traces, picking, dragging, diagnostics,
+/// gizmos.
 ///
 /// Picking and dragging wait for Bevy's picking plugins, gizmos for its `GizmoPlugin`; where those are missing they do nothing.
 #[derive(Debug, Default)]
@@ -106,7 +118,10 @@ pub struct SurfaceSplinePlugins;
 
 impl PluginGroup for SurfaceSplinePlugins {
     fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>()
+        let group = PluginGroupBuilder::start::<Self>();
+        #[cfg(feature = "document")]
+        let group = group.add(DocumentPlugin);
+        group
             .add(SurfacePlugin)
             .add(SplinePlugin)
             .add(EditPlugin)

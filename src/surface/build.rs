@@ -7,6 +7,7 @@ use super::{
     adjacency::{self, Adjacency},
     arranged::Arranged,
     fans::{self, Fans},
+    fingerprint::{self, Words},
     measure,
     options::SurfaceOptions,
     orientation::{self, Orientation},
@@ -26,7 +27,7 @@ pub(crate) fn build(
     check_indices(mesh, progress)?;
     progress.step(20)?;
     let connected = connect(mesh, options, progress)?;
-    complete(connected, progress)
+    complete(connected, mesh, progress)
 }
 
 fn check_indices(mesh: &TriangleMesh, progress: &BuildProgress) -> Result<(), SurfaceError> {
@@ -167,16 +168,16 @@ fn origin_of(min: DVec3, max: DVec3) -> DVec3 {
 }
 
 /// Measures what is connected.
-fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, SurfaceError> {
+fn complete(parts: Connected, mesh: &TriangleMesh, progress: &BuildProgress) -> Result<Surface, SurfaceError> {
     // The tree takes more memory while it is built than all that comes after it.
-    let (bvh, (fingerprint, clusters)) = parallel::join(
+    let (bvh, (hashes, clusters)) = parallel::join(
         || Bvh::build(&parts.positions, &parts.triangles, progress),
         || {
-            let fingerprint = fingerprint(&parts, progress);
-            (fingerprint, Clusters::build(&parts.triangles, &parts.twins, &parts.positions, progress))
+            let hashes = identity(&parts, progress).and_then(|it| Ok((it, fingerprint::of(mesh, progress)?)));
+            (hashes, Clusters::build(&parts.triangles, &parts.twins, &parts.positions, progress))
         },
     );
-    let (bvh, fingerprint, clusters) = (bvh?, fingerprint?, clusters?);
+    let (bvh, (identity, fingerprint), clusters) = (bvh?, hashes?, clusters?);
     progress.step(850)?;
     let lengths = measure::lengths(&parts.triangles, &parts.positions, progress)?;
     progress.step(900)?;
@@ -212,6 +213,7 @@ fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, Surfa
         mean_edge: sheets.mean_edge,
         inner_of: parts.inner_of,
         outer_of: parts.outer_of,
+        identity,
         fingerprint,
         min: parts.min,
         max: parts.max,
@@ -222,12 +224,9 @@ fn complete(parts: Connected, progress: &BuildProgress) -> Result<Surface, Surfa
 }
 
 /// Hashes the faces in input order with the positions of their vertices.
-fn fingerprint(parts: &Connected, progress: &BuildProgress) -> Result<u64, SurfaceError> {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut mix = |word: u64| {
-        hash = (hash ^ word).wrapping_mul(0xff51_afd7_ed55_8ccd);
-        hash ^= hash >> 32;
-    };
+fn identity(parts: &Connected, progress: &BuildProgress) -> Result<u64, SurfaceError> {
+    let mut hash = Words::default();
+    let mut mix = |word: u64| hash.mix(word);
     for positions in parts.positions.chunks(PIECE) {
         progress.check()?;
         positions.iter().for_each(|p| (*p + parts.origin).to_array().iter().for_each(|x| mix(x.to_bits())));
@@ -242,5 +241,5 @@ fn fingerprint(parts: &Connected, progress: &BuildProgress) -> Result<u64, Surfa
             }
         }
     }
-    Ok(hash)
+    Ok(hash.0)
 }

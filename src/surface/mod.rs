@@ -10,6 +10,7 @@ mod build;
 mod bvh;
 mod clusters;
 mod fans;
+mod fingerprint;
 mod ids;
 mod measure;
 mod memory;

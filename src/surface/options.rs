@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 /// What to do with edges that have three or more faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub enum NonManifoldEdges {
     /// All their sides become boundary.
     #[default]
@@ -18,6 +19,7 @@ pub enum NonManifoldEdges {
 /// What to do with vertices whose faces form several fans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub enum NonManifoldVertices {
     /// Each fan gets a vertex of its own.
     #[default]
@@ -29,6 +31,7 @@ pub enum NonManifoldVertices {
 /// What to do with components that cannot be oriented.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub enum NonOrientable {
     /// A seam is cut along the edges where neighbours cannot agree.
     #[default]
@@ -40,6 +43,8 @@ pub enum NonOrientable {
 /// How a surface is to be built.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "document", serde(default, deny_unknown_fields))]
 pub struct SurfaceOptions {
     /// Edges with three or more faces.
     pub nonmanifold_edges: NonManifoldEdges,

@@ -54,6 +54,9 @@ pub struct Surface {
     pub(crate) inner_of: Vec<u32>,
     /// Inner face → input face, with [`FLIPPED`].
     pub(crate) outer_of: Vec<u32>,
+    /// Hash of all that points and paths depend on, exactly.
+    pub(crate) identity: u64,
+    /// Hash by which the mesh is known again.
     pub(crate) fingerprint: u64,
     pub(crate) min: DVec3,
     pub(crate) max: DVec3,
@@ -141,9 +144,17 @@ impl Surface {
         (self.min, self.max)
     }
 
-    /// A 64-bit hash of vertex positions and input faces: surfaces with one fingerprint have the same points and paths.
+    /// A 64-bit hash of welded positions and input faces, by which documents know the mesh again: the same for every file
+    /// format and for the mesh of an engine, since positions count as `f32`
+    /// ([`TriangleMesh::fingerprint`](super::TriangleMesh::fingerprint)).
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
+    }
+
+    /// A 64-bit hash of positions and faces as they are inside: surfaces that share it have the same points and paths to the
+    /// last bit.
+    pub(crate) fn identity(&self) -> u64 {
+        self.identity
     }
 
     /// Length of the bounding box's diagonal, by which relative tolerances are measured.

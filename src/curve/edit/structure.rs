@@ -227,7 +227,7 @@ impl Spline {
     }
 
     /// Whether every point and leg belongs to the surface, and enough of them.
-    pub(super) fn check(&self, surface: &Surface) -> Result<(), EditError> {
+    pub(crate) fn check(&self, surface: &Surface) -> Result<(), EditError> {
         if self.anchors.len() < if self.closed { 1 } else { 2 } {
             return Err(EditError::TooFewAnchors);
         }

@@ -52,13 +52,18 @@ pub fn headless_app() -> App {
 
 /// The same without [`SurfaceSplinePlugins`], before `finish` and `cleanup`.
 pub fn unfinished_headless_app() -> App {
+    unfinished_headless_app_with(AssetPlugin::default())
+}
+
+/// The same with assets from elsewhere.
+pub fn unfinished_headless_app_with(assets: AssetPlugin) -> App {
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
         TransformPlugin,
         bevy::input::InputPlugin,
         bevy::window::WindowPlugin::default(),
-        AssetPlugin::default(),
+        assets,
         ImagePlugin::default(),
         bevy::mesh::MeshPlugin,
         bevy::camera::CameraPlugin,

@@ -2,6 +2,8 @@
 
 mod b_splines;
 mod curves;
+#[cfg(feature = "document")]
+mod documents;
 pub(crate) mod drags;
 mod jumps;
 #[cfg(feature = "formats")]
