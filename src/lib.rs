@@ -18,6 +18,7 @@ pub mod plugin;
 #[cfg(feature = "bevy")]
 pub mod prelude;
 pub mod surface;
+pub mod vector;
 
 /// The README's code, compiled.
 #[cfg(doctest)]

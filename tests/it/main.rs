@@ -2,6 +2,8 @@
 
 #[cfg(feature = "formats")]
 mod corpus;
+#[cfg(feature = "svg")]
+mod drawings;
 #[cfg(feature = "formats")]
 mod formats;
 #[cfg(feature = "bevy")]
