@@ -13,6 +13,7 @@ pub mod curve;
 #[cfg(feature = "formats")]
 pub mod format;
 pub mod geodesic;
+pub mod placement;
 #[cfg(feature = "bevy")]
 pub mod plugin;
 #[cfg(feature = "bevy")]

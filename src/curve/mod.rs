@@ -3,6 +3,7 @@
 //! All schemes are made of one operation, the geodesic average: the point at some share of the length of the shortest path
 //! between two points. A *leg* is such a path, computed once and asked for several shares.
 
+pub(crate) mod assemble;
 mod average;
 mod b_spline;
 mod batch;
@@ -10,7 +11,7 @@ mod casteljau;
 mod comparison;
 mod curvature;
 mod edit;
-mod handles;
+pub(crate) mod handles;
 mod lane_riesenfeld;
 mod piece;
 mod retrace;

@@ -30,7 +30,7 @@ pub struct PathBuilder {
 }
 
 /// A gap to the start that is smaller than this share of the path's extent is rounding and closed without a line.
-const CLOSED: f64 = 1e-12;
+const CLOSED: f64 = 1e-10;
 
 impl PathBuilder {
     /// Lifts the pen and puts it down elsewhere: what follows is another path.
@@ -239,7 +239,10 @@ mod tests {
         assert_eq!(builder.close(), Added::Drawn);
         assert_eq!(builder.close(), Added::NoLength);
         let paths = builder.finish();
-        assert_eq!(paths.iter().map(|p| (p.segment_count(), p.is_closed())).collect::<Vec<_>>(), [(3, true), (2, true)]);
+        assert_eq!(
+            paths.iter().map(|p| (p.segment_count(), p.is_closed())).collect::<Vec<_>>(),
+            [(3, true), (2, true)]
+        );
     }
 
     #[test]

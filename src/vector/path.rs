@@ -131,7 +131,8 @@ impl VectorPath {
             let (ab, bc, cd) = (a.lerp(b, r), b.lerp(c, r), c.lerp(d, r));
             ab.lerp(bc, s).lerp(bc.lerp(cd, s), t)
         };
-        let ends = [if from == 0.0 { a } else { blossom(from, from, from) }, if to == 1.0 { d } else { blossom(to, to, to) }];
+        let ends =
+            [if from == 0.0 { a } else { blossom(from, from, from) }, if to == 1.0 { d } else { blossom(to, to, to) }];
         [ends[0], blossom(from, from, to), blossom(from, to, to), ends[1]]
     }
 }
@@ -172,7 +173,8 @@ mod tests {
             let path = VectorPath::from_points(points(n), false).unwrap();
             let (low, high) = path.curve_bounds().unwrap();
             let on = (0..path.segment_count()).flat_map(|i| (0..=1000).map(move |k| (i, f64::from(k) / 1000.0)));
-            let sampled = on.map(|(i, t)| path.point_at(i, t)).fold((DVec2::MAX, DVec2::MIN), |(l, h), p| (l.min(p), h.max(p)));
+            let sampled =
+                on.map(|(i, t)| path.point_at(i, t)).fold((DVec2::MAX, DVec2::MIN), |(l, h), p| (l.min(p), h.max(p)));
             assert!(low.distance(sampled.0) < 1e-5 && high.distance(sampled.1) < 1e-5, "{low} {high} {sampled:?}");
         }
     }

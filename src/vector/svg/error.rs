@@ -63,7 +63,9 @@ pub enum SvgError {
         limit: u32,
     },
     /// An element has too many attributes, or the document too many namespaces.
-    #[error("SVG, line {line}: there are too many attributes or namespaces (more than {limit}): no drawing needs so many")]
+    #[error(
+        "SVG, line {line}: there are too many attributes or namespaces (more than {limit}): no drawing needs so many"
+    )]
     TooManyAttributes {
         /// Which line, from one.
         line: u32,

@@ -24,7 +24,10 @@ pub(super) struct Gradients {
 /// What an element that paints refer to is.
 #[derive(Clone, Copy)]
 enum Server {
-    Gradient { index: u32, transform: DAffine2 },
+    Gradient {
+        index: u32,
+        transform: DAffine2,
+    },
     Color(Color),
     /// It paints nothing.
     Nothing,

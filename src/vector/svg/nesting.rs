@@ -147,7 +147,8 @@ impl<'t> Scan<'t> {
         let what = if value.contains('<') {
             "holds elements, which is not supported"
         } else {
-            let grown = value.len() + references(value).map(|n| self.entities.get(n).copied().unwrap_or(0)).sum::<usize>();
+            let grown =
+                value.len() + references(value).map(|n| self.entities.get(n).copied().unwrap_or(0)).sum::<usize>();
             if grown <= self.limits.entity_bytes {
                 self.entities.insert(name, grown);
                 return Ok(());
@@ -216,7 +217,9 @@ mod tests {
         let text = "<?xml a='<b>'?><!DOCTYPE svg [ <!ENTITY ns \"http://a.b/c\"> <!-- <a> --> ]>\
                     <svg xmlns='&ns;'><!-- <g><g><g> --><![CDATA[<g><g>]]><g a=\"<\" b='/>'/><g></g></svg>";
         assert!(check(text, &limits).is_ok(), "{:?}", check(text, &limits));
-        for broken in ["<", "<!", "<!DOCTYPE", "<!DOCTYPE [", "<!DOCTYPE [<!ENTITY", "<!DOCTYPE [<!ENTITY a 'ä", "<a b='"] {
+        for broken in
+            ["<", "<!", "<!DOCTYPE", "<!DOCTYPE [", "<!DOCTYPE [<!ENTITY", "<!DOCTYPE [<!ENTITY a 'ä", "<a b='"]
+        {
             let _ = check(broken, &limits);
         }
     }

@@ -6,7 +6,11 @@ use std::str::FromStr;
 use roxmltree::{Node, NodeId};
 use svgtypes::{Length, LengthListParser, PaintFallback};
 
-use super::{SvgError, cascade::Cascade, values::{Of, Units}};
+use super::{
+    SvgError,
+    cascade::Cascade,
+    values::{Of, Units},
+};
 use crate::vector::{Color, FillRule, LineCap, LineJoin};
 
 /// A paint before gradients are looked up.
@@ -190,10 +194,7 @@ const NOT_APPLIED: [&str; 8] =
 
 fn is_known(name: &str) -> bool {
     const OTHERS: [&str; 6] = ["color", "font-size", "opacity", "display", "visibility", "fill"];
-    OTHERS.contains(&name)
-        || name.starts_with("fill-")
-        || name.starts_with("stroke")
-        || NOT_APPLIED.contains(&name)
+    OTHERS.contains(&name) || name.starts_with("fill-") || name.starts_with("stroke") || NOT_APPLIED.contains(&name)
 }
 
 /// A number or percentage, from 0 to 1.

@@ -105,7 +105,9 @@ pub(super) fn fit(node: &Node<'_, '_>, view: &ViewBox, size: DVec2) -> DAffine2 
         Align::XMaxYMax => (1.0, 1.0),
     };
     let rest = size - view.size * scale;
-    DAffine2::from_translation(rest * DVec2::new(x, y)) * DAffine2::from_scale(scale) * DAffine2::from_translation(-view.min)
+    DAffine2::from_translation(rest * DVec2::new(x, y))
+        * DAffine2::from_scale(scale)
+        * DAffine2::from_translation(-view.min)
 }
 
 #[cfg(test)]

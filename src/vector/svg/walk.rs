@@ -23,8 +23,18 @@ const SVG: &str = "http://www.w3.org/2000/svg";
 
 /// Elements whose contents are drawn only where something refers to them.
 const DEFINITIONS: [&str; 12] = [
-    "defs", "symbol", "clipPath", "mask", "pattern", "marker", "linearGradient", "radialGradient", "filter", "metadata",
-    "cursor", "font",
+    "defs",
+    "symbol",
+    "clipPath",
+    "mask",
+    "pattern",
+    "marker",
+    "linearGradient",
+    "radialGradient",
+    "filter",
+    "metadata",
+    "cursor",
+    "font",
 ];
 
 /// Elements that say nothing about geometry.

@@ -87,9 +87,7 @@ fn compare(a: &Drawing, b: &Drawing) -> Result<(), String> {
         }
         let (s, t) = (&a.style, &b.style);
         let same_line = match (&s.stroke, &t.stroke) {
-            (Some(s), Some(t)) => {
-                s.width == t.width && s.dashes == t.dashes && (s.cap, s.join) == (t.cap, t.join)
-            }
+            (Some(s), Some(t)) => s.width == t.width && s.dashes == t.dashes && (s.cap, s.join) == (t.cap, t.join),
             (None, None) => true,
             _ => false,
         };

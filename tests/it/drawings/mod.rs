@@ -2,6 +2,7 @@
 
 mod bad;
 mod corpus;
+mod placed;
 mod tokens;
 mod tree;
 
