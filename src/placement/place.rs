@@ -6,7 +6,7 @@ use super::{
     PlaceError, Placement, clip,
     frame::{Frame, Landing, Miss},
 };
-use crate::curve::{Anchor, Join, Scheme, Spline, TraceWorkspace, assemble::AnchorPlan, handles};
+use crate::curve::{Anchor, Handle, Join, Scheme, Spline, TraceWorkspace, assemble::AnchorPlan, handles};
 use crate::geodesic::{WalkStop, inner::InnerPath, tangent::InnerTangent};
 use crate::surface::{PointError, Surface};
 use crate::vector::{Drawing, JoinTolerance, PathJoin, VectorPath};
@@ -269,6 +269,9 @@ fn land_all(frame: &Frame<'_>, path: &VectorPath, workspace: &mut Workspace) -> 
     anchors.map(|anchor| frame.land(anchor, &mut workspace.walk)).collect()
 }
 
+/// A handle that is shorter than asked for by less than this share of the surface's diagonal is not cut, but rounded.
+const ROUNDING: f64 = 1e-12;
+
 /// Makes the spline of a path whose anchors are all on the surface.
 fn place_whole(
     frame: &Frame<'_>,
@@ -282,7 +285,8 @@ fn place_whole(
     let mut anchors = Vec::with_capacity(landings.len());
     for (i, landing) in landings.iter().enumerate() {
         let join = path.join(i, extent, &options.joins);
-        let planar = path.handles(i).map(|handle| handle.map_or(DVec2::ZERO, |handle| frame.planar(handle)));
+        let is_long = |handle: &DVec2| handle.length() > 10.0 * options.joins.rounding * extent;
+        let planar = path.handles(i).map(|h| h.filter(is_long).map_or(DVec2::ZERO, |handle| frame.planar(handle)));
         let [incoming, outgoing] = aligned(planar, join).map(|vector| frame.tangent(landing, vector));
         let join = match join {
             PathJoin::Corner => Join::Corner,
@@ -294,24 +298,25 @@ fn place_whole(
         if options.handles == HandleRule::Polar {
             move_to_polar(frame, path, i, &plan, &mut anchor, workspace)?;
         }
-        made.clipped_handles +=
-            [anchor.incoming(), anchor.outgoing()].into_iter().filter(|h| h.is_clipped()).count() as u32;
+        let is_cut =
+            |handle: &&Handle| handle.wished_length() - handle.leg().length() > ROUNDING * frame.surface.diagonal();
+        made.clipped_handles += [anchor.incoming(), anchor.outgoing()].iter().filter(|h| is_cut(h)).count() as u32;
         anchors.push(anchor);
     }
     made.splines.push(Spline::of_anchors(anchors, path.is_closed(), options.scheme));
     Ok(())
 }
 
-/// The handles of a join made exactly what the join says: each is turned by half of what is missing.
+/// The handles of a join made exactly what the join says: the shorter one is turned, which moves its end the least.
 fn aligned([incoming, outgoing]: [DVec2; 2], join: PathJoin) -> [DVec2; 2] {
     let (reach_in, reach_out) = (incoming.length(), outgoing.length());
-    let forward = (outgoing / reach_out - incoming / reach_in).normalize_or_zero();
     match join {
         PathJoin::Corner => [incoming, outgoing],
-        PathJoin::Smooth => [-forward * reach_in, forward * reach_out],
+        PathJoin::Smooth if reach_in > reach_out => [incoming, incoming * (-reach_out / reach_in)],
+        PathJoin::Smooth => [outgoing * (-reach_in / reach_out), outgoing],
         PathJoin::Mirrored => {
-            let mean = 0.5 * (reach_in + reach_out);
-            [-forward * mean, forward * mean]
+            let half = 0.5 * (outgoing - incoming);
+            [-half, half]
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glam::DVec2;
+use glam::{DAffine2, DVec2};
 
 use super::VectorPath;
 
@@ -27,19 +27,26 @@ pub struct PathBuilder {
     pen: DVec2,
     segments: usize,
     overflowed: bool,
+    /// Applied to all that is drawn.
+    transform: DAffine2,
 }
 
 /// A gap to the start that is smaller than this share of the path's extent is rounding and closed without a line.
 const CLOSED: f64 = 1e-10;
 
 impl PathBuilder {
+    /// A pen whose paths come to lie under an affine map. What has no length, and what is closed, is judged there.
+    pub fn under(transform: DAffine2) -> Self {
+        Self { transform, ..Self::default() }
+    }
+
     /// Lifts the pen and puts it down elsewhere: what follows is another path.
     pub fn move_to(&mut self, to: DVec2) {
         self.end_open();
         (self.start, self.pen) = (to, to);
     }
 
-    /// Where the pen is.
+    /// Where the pen is, before the map.
     pub fn pen(&self) -> DVec2 {
         self.pen
     }
@@ -58,16 +65,16 @@ impl PathBuilder {
 
     /// Adds a cubic curve.
     pub fn cubic_to(&mut self, c1: DVec2, c2: DVec2, to: DVec2) -> Added {
-        let from = self.pen;
-        if from == to && from == c1 && from == c2 {
+        let [from, c1, c2, end] = [self.pen, c1, c2, to].map(|p| self.transform.transform_point2(p));
+        self.pen = to;
+        if from == end && from == c1 && from == c2 {
             return Added::NoLength;
         }
         if self.points.is_empty() {
             self.points.push(from);
         }
-        self.points.extend([c1, c2, to]);
+        self.points.extend([c1, c2, end]);
         self.segments += 1;
-        self.pen = to;
         Added::Drawn
     }
 
@@ -122,10 +129,10 @@ impl PathBuilder {
     /// there is nothing to close.
     pub fn close(&mut self) -> Added {
         let added = if self.points.is_empty() { Added::NoLength } else { Added::Drawn };
-        if added == Added::Drawn {
-            let low = self.points.iter().copied().fold(self.pen, DVec2::min);
-            let high = self.points.iter().copied().fold(self.pen, DVec2::max);
-            if self.pen.distance(self.start) > CLOSED * low.distance(high) {
+        if let [first, .., last] = self.points[..] {
+            let low = self.points.iter().copied().fold(first, DVec2::min);
+            let high = self.points.iter().copied().fold(first, DVec2::max);
+            if last.distance(first) > CLOSED * low.distance(high) {
                 self.line_to(self.start);
             }
             self.points.pop();

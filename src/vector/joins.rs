@@ -38,12 +38,13 @@ impl VectorPath {
     pub fn join(&self, anchor: usize, extent: f64, tolerance: &JoinTolerance) -> PathJoin {
         let [Some(incoming), Some(outgoing)] = self.handles(anchor) else { return PathJoin::Corner };
         let (short, long) = (incoming.length().min(outgoing.length()), incoming.length().max(outgoing.length()));
-        if short <= 0.0 {
+        // A handle that is hardly longer than rounding says nothing.
+        if short <= 10.0 * tolerance.rounding * extent {
             return PathJoin::Corner;
         }
         let missing = PI - incoming.perp_dot(outgoing).atan2(incoming.dot(outgoing)).abs();
-        // Rounding of a handle turns it by so much at most; a handle that is hardly longer than rounding says nothing.
-        let rounding = (tolerance.rounding * extent / short).min(0.1);
+        // Rounding turns a handle by so much at most.
+        let rounding = tolerance.rounding * extent / short;
         if missing > tolerance.angle.max(rounding) {
             return PathJoin::Corner;
         }

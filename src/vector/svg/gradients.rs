@@ -50,13 +50,13 @@ pub(super) struct Context<'c, 'a, 'input> {
 }
 
 impl Gradients {
-    /// The paint of a shape with some bounds in its own coordinates.
+    /// The paint of a shape; `bounds` says what they are in its own coordinates.
     pub(super) fn paint(
         &mut self,
         context: &Context<'_, '_, '_>,
         source: PaintSource,
         opacity: f32,
-        bounds: Option<(DVec2, DVec2)>,
+        bounds: &dyn Fn(bool) -> Option<(DVec2, DVec2)>,
         to_drawing: &DAffine2,
     ) -> Result<Found, SvgError> {
         let solid = |color: Color| Some(Paint::Color(Color { alpha: color.alpha * opacity, ..color }));
@@ -82,7 +82,7 @@ impl Gradients {
             Server::Other => Found { paint: fallback.and_then(solid), as_asked: false },
             Server::Gradient { index, transform } => {
                 let of_bounds = self.all.get(index as usize).is_some_and(|g| g.of_bounds);
-                let frame = if of_bounds { unit_square_to(bounds) } else { Some(DAffine2::IDENTITY) };
+                let frame = if of_bounds { unit_square_to(bounds(of_bounds)) } else { Some(DAffine2::IDENTITY) };
                 let placed = frame.map(|frame| *to_drawing * frame * transform).filter(is_regular);
                 match placed {
                     Some(to_drawing) => {

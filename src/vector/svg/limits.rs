@@ -25,10 +25,10 @@ impl Default for SvgLimits {
             bytes: 64 << 20,
             depth: 1_000,
             elements: 1_000_000,
-            segments: 2_000_000,
+            segments: 1_000_000,
             attributes: 256,
             entity_bytes: 1 << 20,
-            comparisons: 4_000_000,
+            comparisons: 2_000_000,
         }
     }
 }

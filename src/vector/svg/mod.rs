@@ -33,6 +33,8 @@ mod path_data;
 mod properties;
 mod report;
 mod shapes;
+#[cfg(test)]
+mod tests;
 mod values;
 mod walk;
 

@@ -1,6 +1,6 @@
 //! Path data: commands to segments.
 
-use glam::DVec2;
+use glam::{DAffine2, DVec2};
 use svgtypes::{PathParser, PathSegment};
 
 use super::report::{LeftOutReason, SegmentCounts, SegmentKind};
@@ -17,6 +17,10 @@ pub(super) struct Outline {
 }
 
 impl Outline {
+    pub(super) fn under(transform: &DAffine2) -> Self {
+        Self { builder: PathBuilder::under(*transform), ..Self::default() }
+    }
+
     /// Accounts for a segment.
     pub(super) fn count(&mut self, kind: SegmentKind, added: Added) {
         self.found[kind] += 1;
@@ -51,8 +55,8 @@ enum Last {
 }
 
 /// Reads path data as far as they can be read, and hardly more than `most` segments.
-pub(super) fn read(data: &str, most: usize) -> Outline {
-    let mut outline = Outline::default();
+pub(super) fn read(data: &str, transform: &DAffine2, most: usize) -> Outline {
+    let mut outline = Outline::under(transform);
     let mut last = Last::Other;
     // `none` and nothing at all are paths without segments.
     if data.trim() == "none" {
@@ -144,7 +148,7 @@ mod tests {
             ("", "0", 0),
             ("none", "0", 0),
         ] {
-            let outline = read(data, 100);
+            let outline = read(data, &DAffine2::IDENTITY, 100);
             assert_eq!(outline.found.to_string(), kinds, "{data}");
             let paths = outline.builder.finish();
             assert_eq!(paths.iter().map(|p| p.segment_count()).sum::<usize>(), cubics, "{data}");
@@ -153,18 +157,18 @@ mod tests {
 
     #[test]
     fn what_stands_before_an_error_is_kept() {
-        let outline = read("M 30 40 L 110 160 L 150#80", 100);
+        let outline = read("M 30 40 L 110 160 L 150#80", &DAffine2::IDENTITY, 100);
         assert_eq!(outline.drawn.total(), 1);
         assert_eq!(outline.left_out, [(LeftOutReason::BrokenPathData(24), SegmentCounts::default())]);
         for data in ["L 1 1", "M", "M 1", "M 0 0 C NaN 1 2 3 4 5", "M 0 0 L 1e400 1", "M 0 0 z 1", "ä"] {
-            let outline = read(data, 100);
-            assert!(matches!(outline.left_out[..], [(LeftOutReason::BrokenPathData(_), _)]), "{data}");
+            let outline = read(data, &DAffine2::IDENTITY, 100);
+            assert!(matches!(outline.left_out[..], [.., (LeftOutReason::BrokenPathData(_), _)]), "{data}");
         }
     }
 
     #[test]
     fn smooth_segments_mirror_the_last_handle() {
-        let outline = read("M0 0 C 0 1 1 2 2 2 S 4 1 4 0", 100);
+        let outline = read("M0 0 C 0 1 1 2 2 2 S 4 1 4 0", &DAffine2::IDENTITY, 100);
         let path = outline.builder.finish().remove(0);
         assert_eq!(path.handles(1), [Some(DVec2::new(-1.0, 0.0)), Some(DVec2::new(1.0, 0.0))]);
     }

@@ -1,8 +1,8 @@
 //! Shapes as outlines.
 
-use glam::DVec2;
+use glam::{DAffine2, DVec2};
 use roxmltree::Node;
-use svgtypes::PointsParser;
+use svgtypes::NumberListParser;
 
 use super::path_data::Outline;
 use super::report::{LeftOutReason, SegmentCounts, SegmentKind};
@@ -16,8 +16,8 @@ pub(super) const SHAPES: [&str; 6] = ["rect", "circle", "ellipse", "line", "poly
 /// A rectangle is four lines, with round corners four lines and four arcs; a circle or an ellipse four arcs; a line one line; a polyline
 /// of n points n − 1 lines, a polygon n. Shapes without extent have as many segments, all of them left out. Hardly more than `most` segments are
 /// made.
-pub(super) fn outline(node: &Node<'_, '_>, units: &Units, most: usize) -> Outline {
-    let mut outline = Outline::default();
+pub(super) fn outline(node: &Node<'_, '_>, units: &Units, transform: &DAffine2, most: usize) -> Outline {
+    let mut outline = Outline::under(transform);
     let made = match node.tag_name().name() {
         "rect" => rect(node, units, &mut outline),
         "circle" | "ellipse" => ellipse(node, units, &mut outline),
@@ -117,24 +117,30 @@ fn line(node: &Node<'_, '_>, units: &Units, outline: &mut Outline) -> Result<(),
 
 fn points(node: &Node<'_, '_>, closed: bool, most: usize, outline: &mut Outline) -> Result<(), Refused> {
     let text = node.attribute("points").unwrap_or("");
-    let mut any = false;
-    let mut start = DVec2::ZERO;
-    for (x, y) in PointsParser::from(text).take(most.saturating_add(2)) {
+    let mut start = None;
+    let mut numbers = NumberListParser::from(text.trim());
+    // Pairs as far as they can be read; an odd number is ignored, as SVG asks for.
+    while outline.found.total() <= most as u64 {
+        let (x, y) = match (numbers.next(), numbers.next()) {
+            (Some(Ok(x)), Some(Ok(y))) => (x, y),
+            (Some(Err(_)), _) | (_, Some(Err(_))) => {
+                outline.left_out.push((LeftOutReason::BadAttribute("points"), SegmentCounts::default()));
+                break;
+            }
+            _ => break,
+        };
         let to = DVec2::new(x, y);
-        if any {
-            outline.line_to(to);
-        } else {
-            outline.builder.move_to(to);
-            (any, start) = (true, to);
+        match start {
+            Some(_) => outline.line_to(to),
+            None => {
+                outline.builder.move_to(to);
+                start = Some(to);
+            }
         }
     }
-    if any && closed {
+    if let Some(start) = start.filter(|_| closed) {
         outline.line_to(start);
         outline.builder.close();
-    }
-    // The parser stops without a word where it cannot go on.
-    if svgtypes::NumberListParser::from(text.trim()).any(|number| number.is_err()) {
-        outline.left_out.push((LeftOutReason::BadAttribute("points"), SegmentCounts::default()));
     }
     Ok(())
 }

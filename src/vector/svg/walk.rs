@@ -111,6 +111,13 @@ struct State {
     uses: Option<Rc<UseChain>>,
 }
 
+impl State {
+    /// Where paths come to lie; what is hidden is only counted, so a map that flattens it shall not change its segments.
+    fn lay(&self) -> DAffine2 {
+        if self.hidden.is_some() { DAffine2::IDENTITY } else { self.transform }
+    }
+}
+
 /// An element that waits to be visited.
 struct Visit<'a, 'input> {
     node: Node<'a, 'input>,
@@ -153,12 +160,13 @@ impl<'a, 'input> Walk<'_, 'a, 'input> {
             "switch" => return self.choose(node, state, waiting),
             "use" => return self.copy(node, state, waiting),
             "path" => {
-                let outline = path_data::read(node.attribute("d").unwrap_or(""), self.limits.segments as usize);
+                let outline =
+                    path_data::read(node.attribute("d").unwrap_or(""), &state.lay(), self.limits.segments as usize);
                 self.take(node, outline, &state, true)?;
             }
             _ if SHAPES.contains(&name) => {
                 let units = Units { viewport: state.viewport, font_size: state.properties.font_size };
-                let outline = shapes::outline(node, &units, self.limits.segments as usize);
+                let outline = shapes::outline(node, &units, &state.lay(), self.limits.segments as usize);
                 self.take(node, outline, &state, false)?;
             }
             _ => self.hide_contents(node, &mut state),
@@ -337,27 +345,27 @@ impl<'a, 'input> Walk<'_, 'a, 'input> {
         if drawn.total() == 0 {
             return Ok(());
         }
-        let own = builder.finish_finite();
-        let placed: Option<Vec<VectorPath>> =
-            own.as_ref().and_then(|own| own.iter().map(|path| path.transformed(&state.transform)).collect());
-        let (Some(own), Some(paths)) = (own, placed) else {
+        let Some(paths) = builder.finish_finite() else {
             self.leave_out(node, LeftOutReason::NotFinite, drawn);
             return Ok(());
         };
         self.report.drawn += drawn;
-        let style = self.style(node, state, &own)?;
+        let style = self.style(node, state, &paths)?;
         let id = node.attribute("id").map(str::to_owned);
         self.drawing.shapes.push(Shape { id, element: node.tag_name().name().to_owned(), paths, style });
         Ok(())
     }
 
     /// How an element is painted.
-    fn style(&mut self, node: &Node<'a, 'input>, state: &State, own: &[VectorPath]) -> Result<Style, SvgError> {
+    fn style(&mut self, node: &Node<'a, 'input>, state: &State, paths: &[VectorPath]) -> Result<Style, SvgError> {
         let Properties { fill, fill_opacity, stroke, stroke_opacity, .. } = state.properties;
-        let bounds = own.iter().filter_map(VectorPath::curve_bounds);
-        let bounds = bounds.reduce(|(low, high), (l, h)| (low.min(l), high.max(h)));
+        let back = state.transform.inverse();
+        let bounds = |of_bounds: bool| {
+            let own = paths.iter().filter(|_| of_bounds).filter_map(|path| path.transformed(&back)?.curve_bounds());
+            own.reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
+        };
         let paint = |walk: &mut Self, source, opacity, property| {
-            let found = walk.gradients.paint(&walk.context, source, opacity, bounds, &state.transform)?;
+            let found = walk.gradients.paint(&walk.context, source, opacity, &bounds, &state.transform)?;
             if !found.as_asked {
                 walk.note(node, property);
             }

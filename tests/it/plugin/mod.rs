@@ -3,6 +3,8 @@
 mod b_splines;
 mod curves;
 mod drags;
+#[cfg(feature = "svg")]
+mod drawings;
 mod jumps;
 #[cfg(feature = "formats")]
 mod large_meshes;
