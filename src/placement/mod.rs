@@ -10,6 +10,7 @@
 mod clip;
 mod frame;
 mod place;
+#[expect(clippy::module_inception, reason = "the file of `Placement` is called placement, like every type's file")]
 mod placement;
 mod preview;
 mod project;

@@ -34,7 +34,7 @@ pub enum Boundary {
 }
 
 /// How a drawing is placed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlaceOptions {
     /// How handles come onto the surface.
     pub handles: HandleRule,
@@ -48,19 +48,6 @@ pub struct PlaceOptions {
     pub origin: Option<DVec2>,
     /// Whether paths without fill and stroke are placed too.
     pub invisible: bool,
-}
-
-impl Default for PlaceOptions {
-    fn default() -> Self {
-        Self {
-            handles: HandleRule::default(),
-            boundary: Boundary::default(),
-            joins: JoinTolerance::default(),
-            scheme: Scheme::default(),
-            origin: None,
-            invisible: false,
-        }
-    }
 }
 
 /// Why a path is not on the surface.

@@ -25,7 +25,7 @@ pub struct VectorPath {
 impl VectorPath {
     /// Makes a path of its control points; none if their number fits no path, or one is not finite.
     pub fn from_points(points: Vec<DVec2>, closed: bool) -> Option<Self> {
-        let fits = if closed { points.len() % 3 == 0 } else { points.len() % 3 == 1 };
+        let fits = points.len() % 3 == usize::from(!closed);
         (fits && points.len() > 1 && points.iter().all(|p| p.is_finite())).then_some(Self { points, closed })
     }
 

@@ -22,9 +22,15 @@ struct Scan<'t> {
     depth: u32,
     elements: u32,
     namespaces: usize,
-    /// To how many bytes each entity grows.
-    entities: HashMap<&'t str, usize>,
+    entities: HashMap<&'t str, Entity<'t>>,
     limits: &'t SvgLimits,
+}
+
+/// What a name stands for, and to how many bytes that grows, once it was asked for.
+#[derive(Clone, Copy)]
+struct Entity<'t> {
+    value: &'t str,
+    grown: Option<usize>,
 }
 
 impl<'t> Scan<'t> {
@@ -100,62 +106,67 @@ impl<'t> Scan<'t> {
         Ok(())
     }
 
-    /// Goes over a document type, and notes what its entities grow to.
+    /// Goes over a document type, and notes its entities.
     fn document_type(&mut self) -> Result<(), SvgError> {
-        let end = self.rest().find(['[', '>']);
-        let Some(end) = end else {
-            self.at = self.text.len();
-            return Ok(());
-        };
+        let end = outside_quotes(self.rest(), b"[>");
         let has_subset = self.rest().as_bytes().get(end) == Some(&b'[');
-        self.at += end + 1;
+        self.at += (end + 1).min(self.rest().len());
         while has_subset {
-            let Some(next) = self.rest().find(['<', ']']) else { break };
-            self.at += next;
+            self.at += outside_quotes(self.rest(), b"<]");
             let rest = self.rest();
-            if rest.starts_with(']') {
+            if rest.is_empty() || rest.starts_with(']') {
+                self.skip_past(">");
                 break;
             }
             if rest.starts_with("<!--") {
                 self.skip_past("-->");
-            } else if let Some(declaration) = rest.strip_prefix("<!ENTITY") {
-                self.at += "<!ENTITY".len();
-                self.entity(declaration)?;
+            } else if rest.starts_with("<?") {
+                self.skip_past("?>");
             } else {
-                self.skip_past(">");
+                let end = outside_quotes(rest, b">");
+                let declaration = rest.get(..end).unwrap_or(rest);
+                self.entity(declaration)?;
+                self.at += declaration.len();
             }
-        }
-        if has_subset {
-            self.skip_past(">");
         }
         Ok(())
     }
 
-    /// Notes an entity: its name, and between quotes what it stands for.
+    /// Notes an entity, where a declaration is one: its name, and between quotes what it stands for.
     fn entity(&mut self, declaration: &'t str) -> Result<(), SvgError> {
-        let name = declaration.split_whitespace().next().unwrap_or("");
-        let Some(open) = declaration.find(['"', '\'', '>']) else {
-            self.at = self.text.len();
-            return Ok(());
-        };
-        let quote = declaration.as_bytes()[open];
-        let value = declaration.get(open + 1..).unwrap_or("");
-        let length = if quote == b'>' { Some(0) } else { value.find(char::from(quote)) };
-        let value = value.get(..length.unwrap_or(value.len())).unwrap_or("");
-        self.at += (open + 1 + value.len()).min(declaration.len());
-        self.skip_past(">");
-        let what = if value.contains('<') {
-            "holds elements, which is not supported"
-        } else {
-            let grown =
-                value.len() + references(value).map(|n| self.entities.get(n).copied().unwrap_or(0)).sum::<usize>();
-            if grown <= self.limits.entity_bytes {
-                self.entities.insert(name, grown);
-                return Ok(());
+        let Some(declared) = declaration.strip_prefix("<!ENTITY") else { return Ok(()) };
+        let name = declared.split_whitespace().next().unwrap_or("");
+        let Some(open) = declared.find(['"', '\'']) else { return Ok(()) };
+        let value = declared.get(open + 1..).unwrap_or("");
+        let value = value.trim_end().trim_end_matches(['"', '\'']);
+        if value.contains('<') || value.contains("&#") {
+            let what = "holds elements or character codes, which is not supported";
+            return Err(SvgError::Entity { line: self.line(), name: name.to_owned(), what });
+        }
+        // Of several with one name, the first counts.
+        self.entities.entry(name).or_insert(Entity { value, grown: None });
+        Ok(())
+    }
+
+    /// To how many bytes an entity grows, which may be declared with others that come later; more than the limit if it has no end.
+    fn grown(&mut self, name: &'t str, depth: u32) -> usize {
+        /// The parser does not look deeper either.
+        const DEEPEST: u32 = 10;
+        let beyond = self.limits.entity_bytes + 1;
+        let Some(Entity { value, grown }) = self.entities.get(name).copied() else { return 0 };
+        if depth > DEEPEST {
+            return beyond;
+        }
+        grown.unwrap_or_else(|| {
+            let mut sum = value.len();
+            for inner in references(value) {
+                sum = (sum + self.grown(inner, depth + 1)).min(beyond);
             }
-            "grows without measure"
-        };
-        Err(SvgError::Entity { line: self.line(), name: name.to_owned(), what })
+            if let Some(entity) = self.entities.get_mut(name) {
+                entity.grown = Some(sum);
+            }
+            sum
+        })
     }
 
     /// Adds up what all references of the text grow to.
@@ -165,14 +176,33 @@ impl<'t> Scan<'t> {
         }
         let mut total = 0;
         for name in references(self.text) {
-            total += self.entities.get(name).copied().unwrap_or(0);
+            total += self.grown(name, 0);
             if total > self.limits.entity_bytes {
-                let what = "is referred to without measure";
+                let what = "grows without measure, or is referred to so often";
                 return Err(SvgError::Entity { line: 1, name: name.to_owned(), what });
             }
         }
         Ok(())
     }
+}
+
+/// Where one of some characters stands for the first time outside of quotes; the length of the text if it does not.
+fn outside_quotes(text: &str, stops: &[u8]) -> usize {
+    let mut quote = None;
+    let found = text.bytes().position(|byte| match quote {
+        Some(open) => {
+            if open == byte {
+                quote = None;
+            }
+            false
+        }
+        None if matches!(byte, b'"' | b'\'') => {
+            quote = Some(byte);
+            false
+        }
+        None => stops.contains(&byte),
+    });
+    found.unwrap_or(text.len())
 }
 
 /// Whether the name at the end of a piece of a tag declares a namespace.
@@ -207,7 +237,13 @@ mod tests {
         assert!(refused(&format!("<g {attributes}/>")).contains("attributes"));
         assert!(refused(&"<g xmlns:a='b'/>".repeat(300)).contains("namespaces"));
         let long = format!("<!DOCTYPE svg [<!ENTITY a \"{}\">]><svg>{}</svg>", "x".repeat(1000), "&a;".repeat(2000));
-        assert!(refused(&long).contains("`a` is referred to"), "{}", refused(&long));
+        assert!(refused(&long).contains("grows without"), "{}", refused(&long));
+        // Declared before what it refers to; and behind a bracket that is none.
+        let later = format!("<!ENTITY a '{}'><!ENTITY b '{}'>", "&b;".repeat(200), "x".repeat(9000));
+        assert!(refused(&format!("<!DOCTYPE svg [{later}]><svg>&a;</svg>")).contains("grows without"));
+        assert!(refused(&format!("<!DOCTYPE svg PUBLIC '[' ']' [{later}]><svg>&a;</svg>")).contains("grows without"));
+        assert!(refused(&format!("<!DOCTYPE svg PUBLIC '[' ''>{}", nested(1001))).contains("1000 deep"));
+        assert!(refused("<!DOCTYPE svg [<!ENTITY a '&b;'><!ENTITY b '&a;'>]><svg>&a;</svg>").contains("grows without"));
         assert!(refused("<!DOCTYPE svg [<!ENTITY a '<g/>'>]><svg>&a;</svg>").contains("holds elements"));
     }
 
