@@ -9,4 +9,8 @@ pub use crate::plugin::{
     SurfaceChanged, SurfaceFailed, SurfaceItems, SurfaceQueries, SurfaceReady, SurfaceSpline, SurfaceSplinePlugins,
     SurfaceSplineSystems, SurfaceState, SurfaceView, TraceBudget, TraceChanged, TraceCurve, TracePreview,
 };
+#[cfg(feature = "svg")]
+pub use crate::plugin::{
+    Drawing, DrawingOptions, DrawingSplines, DrawingState, DrawnPath, OfDrawing, Placement, SvgDrawing,
+};
 pub use crate::surface::{FaceId, SurfacePoint};

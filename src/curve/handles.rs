@@ -71,7 +71,7 @@ pub(crate) fn set_along(surface: &Surface, leg: &InnerPath, out: &mut Handle) {
 }
 
 /// Handles longer than this many diagonals are cut short: they would wind around the model for ever.
-const MAX_LENGTH: f64 = 16.0;
+pub(crate) const MAX_LENGTH: f64 = 16.0;
 
 /// The handle in a direction at some distance, reached by walking straight ahead; cut short at the boundary.
 pub(crate) fn ahead(
@@ -86,7 +86,7 @@ pub(crate) fn ahead(
 }
 
 /// [`ahead`] into reused memory; `spare` is overwritten.
-fn set_ahead(
+pub(crate) fn set_ahead(
     surface: &Surface,
     spare: &mut InnerPath,
     anchor: &SurfacePoint,

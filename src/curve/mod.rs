@@ -3,6 +3,7 @@
 //! All schemes are made of one operation, the geodesic average: the point at some share of the length of the shortest path
 //! between two points. A *leg* is such a path, computed once and asked for several shares.
 
+pub(crate) mod assemble;
 mod average;
 mod b_spline;
 mod batch;

@@ -88,6 +88,12 @@ impl SegmentTrace {
         &self.points
     }
 
+    /// The positions of the scheme's points.
+    pub fn point_positions(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let begins = self.begins.get(..self.points.len()).unwrap_or_default();
+        begins.iter().filter_map(|begin| self.polyline.get(*begin as usize).copied())
+    }
+
     /// The local parameter of each point, growing from 0 to 1.
     pub fn parameters(&self) -> &[f64] {
         &self.parameters

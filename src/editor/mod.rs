@@ -37,7 +37,7 @@ pub use keys::{BINDINGS, Binding, HINTS, Hint};
 pub use model::{FirstModel, Model, ModelOpened, ModelRefused, OpenModel};
 pub use notices::{Notice, Notices, Severity};
 pub use selection::Selection;
-pub use tools::freehand::FreehandSettings;
+pub use tools::freehand::{Freehand, FreehandSettings};
 pub use tools::transform::{BeginTransform, TransformMode};
 pub use tools::{Tool, ToolSystems};
 #[cfg(feature = "editor")]

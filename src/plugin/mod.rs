@@ -3,7 +3,7 @@
 //! [`SplineSurface`] beside a `Mesh3d` asks for a [`BuiltSurface`]; a [`SplineSource`] or [`SurfaceSpline`] with
 //! [`OnSurface`] lies on it; [`EditSpline`] messages change it, and its [`SplineTrace`] follows. [`Editable`] makes anchors and
 //! handles appear that can be picked and dragged. What would take longer than a frame has ([`TraceBudget`]) is computed in the
-//! background; a [`TracePreview`] is shown meanwhile.
+//! background; a [`TracePreview`] is shown meanwhile. With the feature `svg`, a `Drawing` with a `Placement` becomes splines.
 //!
 //! Every plugin can be added alone and names its schedule and set; [`SurfaceSplinePlugins`] adds them all. Sets run in
 //! `PostUpdate` in the order of [`SurfaceSplineSystems`], before transforms are propagated (drawing after), so an edit
@@ -25,6 +25,8 @@ mod document;
 mod document_asset;
 mod drag;
 mod drag_ways;
+#[cfg(feature = "svg")]
+mod drawing;
 mod edit;
 mod edit_costs;
 mod edit_queue;
@@ -57,6 +59,11 @@ pub use document::{
 #[cfg(feature = "document")]
 pub use document_asset::{DocumentAsset, DocumentLoader, DocumentSaver};
 pub use drag::{DragPlugin, DragSettings, DragState, Grip};
+#[cfg(feature = "svg")]
+pub use drawing::{
+    Drawing, DrawingOptions, DrawingPlugin, DrawingSplines, DrawingState, DrawnPath, OfDrawing, Placement, SvgDrawing,
+    SvgLoadError, SvgLoader,
+};
 pub use edit::{
     EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
 };
@@ -121,6 +128,8 @@ impl PluginGroup for SurfaceSplinePlugins {
         let group = PluginGroupBuilder::start::<Self>();
         #[cfg(feature = "document")]
         let group = group.add(DocumentPlugin);
+        #[cfg(feature = "svg")]
+        let group = group.add(DrawingPlugin);
         group
             .add(SurfacePlugin)
             .add(SplinePlugin)

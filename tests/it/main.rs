@@ -4,6 +4,8 @@
 mod corpus;
 #[cfg(feature = "document")]
 mod documents;
+#[cfg(feature = "svg")]
+mod drawings;
 #[cfg(feature = "tools")]
 mod editor;
 mod exports;

@@ -36,7 +36,7 @@ impl Default for FreehandSettings {
 
 /// The line that is drawn, and the one drawn last.
 #[derive(Resource, Debug, Default)]
-pub(crate) struct Freehand {
+pub struct Freehand {
     stroke: Option<Stroke>,
     fitting: Option<Fitting>,
     /// What changes with the tolerance.
@@ -71,18 +71,18 @@ struct Fresh {
 
 impl Freehand {
     /// Where the line runs that is drawn, and the model.
-    pub(crate) fn drawn(&self) -> Option<(Entity, &DrawnLine)> {
+    pub fn drawn(&self) -> Option<(Entity, &DrawnLine)> {
         let stroke = self.stroke.as_ref().map(|stroke| (stroke.on, &stroke.line));
         stroke.or_else(|| self.fitting.as_ref().filter(|f| f.replaces.is_none()).map(|f| (f.on, &*f.line)))
     }
 
     /// Whether a line is being fitted.
-    pub(crate) fn is_fitting(&self) -> bool {
+    pub fn is_fitting(&self) -> bool {
         self.fitting.is_some()
     }
 
     /// Whether the tolerance changes the line drawn last.
-    pub(crate) fn is_fresh(&self) -> bool {
+    pub fn is_fresh(&self) -> bool {
         self.fresh.is_some()
     }
 }

@@ -319,9 +319,7 @@ fn freehand_lines_become_splines() {
     let wave: Vec<Vec2> =
         (0..40u8).map(|i| at(-150.0 + 7.5 * f32::from(i), 60.0 * (f32::from(i) * 0.2).sin())).collect();
     studio.drag(&wave);
-    assert!(update_until(&mut studio.app, |world| {
-        world.query::<&SplineTrace>().iter(world).count() == 1
-    }));
+    assert!(update_until(&mut studio.app, |world| { world.query::<&SplineTrace>().iter(world).count() == 1 }));
     studio.settle();
     let spline = studio.spline();
     assert!(!spline.is_closed() && (2..=8).contains(&spline.anchors().len()), "{} anchors", spline.anchors().len());
@@ -351,9 +349,7 @@ fn freehand_lines_become_splines() {
         .map(|i| at(0.0, 0.0) + 120.0 * Vec2::from_angle(f32::from(i) / 40.0 * std::f32::consts::TAU))
         .collect();
     studio.drag(&ring);
-    assert!(update_until(&mut studio.app, |world| {
-        world.query::<&SplineTrace>().iter(world).count() == 2
-    }));
+    assert!(update_until(&mut studio.app, |world| { world.query::<&SplineTrace>().iter(world).count() == 2 }));
     assert!(studio.splines()[1].1.is_closed());
 }
 

@@ -5,6 +5,8 @@ mod curves;
 #[cfg(feature = "document")]
 mod documents;
 pub(crate) mod drags;
+#[cfg(feature = "svg")]
+mod drawings;
 mod jumps;
 #[cfg(feature = "formats")]
 mod large_meshes;
