@@ -1,7 +1,7 @@
 //! Bézier splines on triangle meshes: geodesics, tracing, live editing, and a plugin for Bevy.
 //!
 //! Two storeys. The ground floor knows no engine: [`surface`] (a mesh one can walk on), [`geodesic`] (shortest and
-//! straightest paths), [`curve`] (Bézier curves made of geodesic averages), [`vector`] (planar drawings), [`placement`] (drawings on a
+//! straightest paths), [`curve`] (Bézier curves made of geodesic averages), [`smooth`] (drawn lines made smooth), [`vector`] (planar drawings), [`placement`] (drawings on a
 //! surface) and [`format`] (files). The upper floor is a
 //! Bevy plugin, thin components and systems that call the ground floor.
 //!
@@ -20,6 +20,7 @@ pub mod placement;
 pub mod plugin;
 #[cfg(feature = "bevy")]
 pub mod prelude;
+pub mod smooth;
 pub mod surface;
 pub mod vector;
 

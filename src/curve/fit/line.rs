@@ -80,6 +80,15 @@ impl DrawnLine {
         line
     }
 
+    /// The line along paths of some length, each from where the one before ends.
+    pub(crate) fn of_paths(paths: Vec<GeodesicPath>, closed: bool) -> Self {
+        let mut points: Vec<SurfacePoint> = paths.iter().map(GeodesicPath::start).collect();
+        if !closed {
+            points.extend(paths.last().map(GeodesicPath::end));
+        }
+        Self { points, paths, closed, ..Self::default() }
+    }
+
     /// Forgets all points and keeps the memory.
     pub fn clear(&mut self) {
         self.points.clear();

@@ -1,0 +1,140 @@
+//! How smooth a line is, and how far from another.
+
+use glam::DVec3;
+
+use super::{
+    fan::Fan,
+    layout::Layout,
+    metric::Metric,
+    nodes::{self, Node},
+    strip::Strip,
+    tree::LineTree,
+};
+use crate::surface::Surface;
+
+/// Turns below this are straight when inflections are counted.
+const STRAIGHT: f64 = 1e-4;
+/// Samples of a stretch, at most.
+const MOST_SAMPLES: f64 = 64.0;
+
+/// How smooth a line on a surface is, and how far it runs from the line it was made of.
+///
+/// Turns are angles in radians, positive to the left. A line turns where it crosses sides, by its geodesic curvature
+/// integrated there; at a vertex turns are shares of its total angle, and a vertex on the boundary has none
+/// (Polthier & Schmies 1998).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+pub struct LineMetrics {
+    /// Length, in local units.
+    pub length: f64,
+    /// Sum of all turns' sizes: total geodesic curvature, in radians.
+    pub total_turn: f64,
+    /// Largest geodesic curvature: a turn over the mean length of the stretches beside it, one over local units.
+    pub max_curvature: f64,
+    /// Squared geodesic curvature integrated along the line, one over local units.
+    pub square_curvature: f64,
+    /// Sum of the differences between neighbouring turns: how much the line trembles, in radians.
+    pub variation: f64,
+    /// How often it begins to turn to the other side.
+    pub inflections: u32,
+    /// Largest distance, through space, of a place of the line from the line it was made of.
+    pub max_distance: f64,
+    /// Mean distance of its places.
+    pub mean_distance: f64,
+    /// Largest distance of a place of the line it was made of from it: what was left out, a loop for one.
+    pub max_missed: f64,
+}
+
+/// Scratch memory of measuring.
+#[derive(Debug, Default)]
+pub(crate) struct Gauge {
+    metric: Metric,
+    layout: Layout,
+    fan: Fan,
+    nodes: Vec<Node>,
+    positions: Vec<DVec3>,
+    tree: LineTree,
+}
+
+impl Gauge {
+    /// Measures a line, and its distance from another, if one is given.
+    pub(crate) fn measure(
+        &mut self,
+        surface: &Surface,
+        strip: &Strip,
+        from: Option<&LineTree>,
+        mean_edge: f64,
+    ) -> LineMetrics {
+        self.metric.set_surface();
+        self.layout.build(surface, &mut self.metric, strip);
+        nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
+        let mut found = LineMetrics { length: strip.length(surface), ..LineMetrics::default() };
+        self.turns(strip, &mut found);
+        if let Some(from) = from {
+            strip.positions_into(surface, &mut self.positions);
+            let (there, mean) = apart(&self.positions, from, mean_edge);
+            self.tree.build(&self.positions);
+            let (back, _) = apart(from.points(), &self.tree, mean_edge);
+            (found.max_distance, found.mean_distance, found.max_missed) = (there, mean, back);
+        }
+        found
+    }
+
+    /// Sum of all turns' sizes alone.
+    pub(crate) fn total_turn(&mut self, surface: &Surface, strip: &Strip) -> f64 {
+        self.metric.set_surface();
+        self.layout.build(surface, &mut self.metric, strip);
+        nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
+        self.nodes.iter().fold(0.0, |sum, node| sum + node.bend.abs())
+    }
+
+    fn turns(&self, strip: &Strip, found: &mut LineMetrics) {
+        let length = |j: usize| self.layout.stretch(j, &strip.at).length();
+        let (mut before, mut side) = (None::<f64>, 0.0);
+        let mut first = None;
+        for node in &self.nodes {
+            let width = 0.5 * (length(node.first) + length(self.layout.after(node.last)));
+            let turn = node.bend;
+            found.total_turn += turn.abs();
+            if width > 0.0 {
+                found.max_curvature = found.max_curvature.max(turn.abs() / width);
+                found.square_curvature += turn * turn / width;
+            }
+            found.variation += before.map_or(0.0, |before| (turn - before).abs());
+            before = Some(turn);
+            first = first.or(before);
+            if turn.abs() > STRAIGHT {
+                found.inflections += u32::from(side * turn < 0.0);
+                side = turn.signum();
+            }
+        }
+        if let (true, Some(first), Some(last)) = (strip.closed, first, before) {
+            found.variation += (first - last).abs();
+        }
+    }
+}
+
+/// Largest and mean distance of a line's places from another line: ends of stretches, and samples at most half an edge apart.
+pub(crate) fn apart(points: &[DVec3], from: &LineTree, mean_edge: f64) -> (f64, f64) {
+    let (mut largest, mut sum, mut length) = (0.0_f64, 0.0, 0.0);
+    let mut hint = None;
+    let mut distance = |p: DVec3| {
+        let near = from.nearest(p, hint);
+        hint = near.map(|near| near.stretch);
+        near.map_or(0.0, |near| near.distance)
+    };
+    let mut before = points.first().map_or(0.0, |p| distance(*p));
+    largest = largest.max(before);
+    for pair in points.windows(2) {
+        let long = pair[0].distance(pair[1]);
+        let samples = (2.0 * long / mean_edge).ceil().clamp(1.0, MOST_SAMPLES) as u32;
+        for k in 1..=samples {
+            let here = distance(pair[0].lerp(pair[1], f64::from(k) / f64::from(samples)));
+            sum += 0.5 * (before + here) * long / f64::from(samples);
+            largest = largest.max(here);
+            before = here;
+        }
+        length += long;
+    }
+    (largest, if length > 0.0 { sum / length } else { largest })
+}

@@ -1,0 +1,32 @@
+//! Ground truths of smoothing. Here: what the tests share.
+
+mod first;
+
+use glam::DVec3;
+
+use super::*;
+use crate::surface::{Surface, SurfaceOptions, SurfacePoint, TriangleMesh};
+
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f64 {
+        (self.word() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn word(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+}
+
+pub(super) fn built(mesh: &TriangleMesh) -> Surface {
+    Surface::build(mesh, &SurfaceOptions::default()).unwrap()
+}
+
+pub(super) fn at(surface: &Surface, p: DVec3) -> SurfacePoint {
+    surface.closest_point(p).unwrap().point
+}
