@@ -24,6 +24,10 @@ usage: campaign MESH_OR_DIR... [options]
                          out; at ten (for comparison: a hundred) times that the run is given up
   --csv FILE             writes the results; with cases and pairs, those of pairs go to FILE with `.pairs` before its extension
   --reference DIR        a folder with curves.csv and pairs.csv to compare with (default: beside the cases, if there)
+  --smooth N             instead of tracing: N random jagged lines a mesh (walks over 200 faces; open, closed, crossing themselves),
+                         smoothed and judged
+  --mode M               by what they are smoothed: geodesic, stencil, budget, tether (default), lift or conformal;
+                         tradeoff: a table of all modes at five settings each
   --hash                 prints one number for the bits of all paths
   --shuffle S            runs the cases in an order shuffled with seed S; reports stay in order
   --fresh                a fresh workspace for every case
@@ -35,6 +39,9 @@ for comparison it is counted how many curves are broken and how many timed out; 
 
 schemes:
 ";
+
+/// What lines can be smoothed by.
+pub(crate) const MODES: [&str; 7] = ["geodesic", "stencil", "budget", "tether", "lift", "conformal", "tradeoff"];
 
 /// The help.
 pub(crate) fn usage() -> String {
@@ -55,6 +62,8 @@ pub(crate) struct Args {
     pub(crate) timeout_s: f64,
     pub(crate) csv: Option<PathBuf>,
     pub(crate) reference: Option<PathBuf>,
+    pub(crate) smooth: usize,
+    pub(crate) mode: String,
     pub(crate) hash: bool,
     pub(crate) shuffle: Option<u64>,
     pub(crate) fresh: bool,
@@ -93,6 +102,8 @@ impl Args {
             timeout_s: 60.0,
             csv: None,
             reference: None,
+            smooth: 0,
+            mode: "tether".to_owned(),
             hash: false,
             shuffle: None,
             fresh: false,
@@ -112,6 +123,14 @@ impl Args {
                     args.random = number(&argument, value()?, "a number of polygons")?;
                 }
                 "--seed" => args.seed = number(&argument, value()?, "a whole number")?,
+                "--smooth" => args.smooth = number(&argument, value()?, "a number of lines")?,
+                "--mode" => {
+                    args.mode = value()?;
+                    if !MODES.contains(&args.mode.as_str()) {
+                        let (option, value) = (argument, args.mode);
+                        return Err(ArgsError::Bad { option, value, expected: "a mode" });
+                    }
+                }
                 "--shuffle" => args.shuffle = Some(number(&argument, value()?, "a whole number")?),
                 "--threads" => {
                     args.threads = number::<usize>(&argument, value()?, "a number of threads")?.clamp(1, 1024);
@@ -128,7 +147,7 @@ impl Args {
         if args.meshes.is_empty() {
             return Err(ArgsError::NoMesh);
         }
-        if args.cases.is_none() && args.pairs.is_none() && !asked_random {
+        if args.cases.is_none() && args.pairs.is_none() && !asked_random && args.smooth == 0 {
             args.random = 100;
         }
         args.schemes.iter_mut().for_each(|named| named.scheme.quality = args.quality);

@@ -24,6 +24,7 @@ mod reference;
 mod report;
 mod run;
 mod scheme;
+mod smooth;
 mod stats;
 mod tally;
 mod watchdog;
@@ -39,10 +40,12 @@ use report::Report;
 
 fn main() -> ExitCode {
     match Args::parse(env::args().skip(1)) {
-        Ok(Some(args)) => campaign(&args).unwrap_or_else(|error| {
-            eprintln!("{error}");
-            ExitCode::from(2)
-        }),
+        Ok(Some(args)) => {
+            if args.smooth > 0 { smooth::campaign(&args) } else { campaign(&args) }.unwrap_or_else(|error| {
+                eprintln!("{error}");
+                ExitCode::from(2)
+            })
+        }
         Ok(None) => {
             print!("{}", args::usage());
             ExitCode::SUCCESS

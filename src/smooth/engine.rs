@@ -21,6 +21,12 @@ use crate::surface::{InnerPoint, Surface};
 pub(crate) const NEAR: f64 = 1e-2;
 /// The rounding off before the last vertices are passed, in mean edges.
 const FINE: [f64; 1] = [1e-4];
+/// What is as stiff as that is fixed.
+const SMOOTH: f64 = 1e6;
+/// Turns on either side of a place by which it is judged to be rough or smooth.
+const BESIDE: isize = 8;
+/// Turns below this are none.
+const TURN: f64 = 0.02;
 /// By how much a line may grow when it passes vertices.
 const GROWTH: f64 = 1e-3;
 /// Crossings on either side of new ones that are solved for with them.
@@ -98,7 +104,7 @@ pub(crate) struct Engine {
     nearest: Vec<u32>,
     ends: Vec<[bool; 2]>,
     pieces: Vec<[f64; 2]>,
-    window: Vec<[f64; 3]>,
+    turns: Vec<(usize, f64)>,
     kept: Strip,
     /// Which crossings are solved for.
     windows: Vec<Range<usize>>,
@@ -116,9 +122,10 @@ impl Engine {
 
     /// Fills in by how much stiffer the tether is where the drawn line is smooth.
     ///
-    /// A line is rough where it turns to and fro: where the turns within a reach add up to less than their sizes do, by more
-    /// than `roughness`. Where it is smoother the tether is stiffer by the fourth power of the ratio.
-    pub(crate) fn measure_roughness(&mut self, surface: &Surface, strip: &Strip, reach: f64, roughness: f64) {
+    /// A line is rough where it turns to and fro: where of its nearest turns more than two pairs of neighbours point to different sides, by
+    /// more than `roughness` in all. Where it is smoother the tether is stiffer by the eighth power of the ratio. Turns are
+    /// counted, not lengths: so neither the mesh nor the speed of a hand decides.
+    pub(crate) fn measure_roughness(&mut self, surface: &Surface, strip: &Strip, roughness: f64) {
         let stretches = self.line.points().len().saturating_sub(1);
         self.factors.clear();
         self.factors.resize(stretches, 1.0);
@@ -127,40 +134,47 @@ impl Engine {
         }
         self.layout.build(surface, &mut self.metric, strip);
         nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
-        let whole = strip.length(surface);
-        let rounds: &[f64] = if strip.closed { &[-1.0, 0.0, 1.0] } else { &[0.0] };
-        // Place, sum of turns and sum of their sizes up to each node.
-        self.window.clear();
-        let mut sums = [0.0; 2];
-        for round in rounds {
-            for node in &self.nodes {
-                sums = [sums[0] + node.bend, sums[1] + node.bend.abs()];
-                self.window.push([(strip.along[node.first] + round) * whole, sums[0], sums[1]]);
+        let Self { nodes, turns, factors, .. } = self;
+        turns.clear();
+        turns.extend(nodes.iter().filter(|node| node.bend.abs() > TURN).map(|node| (node.first, node.bend)));
+        let count = turns.len();
+        if count == 0 {
+            factors.fill(STIFFEST);
+            return;
+        }
+        // The stretch that begins at a crossing.
+        let stretch = |crossing: usize| if strip.closed { crossing } else { crossing + 1 };
+        let turn = |j: isize| match usize::try_from(j) {
+            _ if strip.closed => turns[j.rem_euclid(count as isize) as usize].1,
+            Ok(j) if j < count => turns[j].1,
+            _ => 0.0,
+        };
+        let mut next = 0;
+        for (k, factor) in factors.iter_mut().enumerate() {
+            while next < count && stretch(turns[next].0) <= k {
+                next += 1;
+            }
+            let (mut sum, mut largest) = (0.0, [0.0_f64; 2]);
+            for j in next as isize - BESIDE..next as isize + BESIDE - 1 {
+                let [a, b] = [turn(j), turn(j + 1)];
+                let fro = if a * b < 0.0 { a.abs().min(b.abs()) } else { 0.0 };
+                sum += fro;
+                largest = if fro > largest[0] { [fro, largest[0]] } else { [largest[0], largest[1].max(fro)] };
+            }
+            // Smooth lines turn to the other side once in a while.
+            let rough = sum - largest[0] - largest[1];
+            if rough < roughness {
+                *factor = (roughness / rough.max(1e-9)).powi(8).min(STIFFEST);
             }
         }
-        let mut along = 0.0;
-        let points = self.line.points();
-        let (mut first, mut end) = (0, 0);
-        for (k, factor) in self.factors.iter_mut().enumerate() {
-            let long = points[k].distance(points[k + 1]);
-            let here = along + 0.5 * long;
-            along += long;
-            while first < self.window.len() && self.window[first][0] < here - 0.5 * reach {
-                first += 1;
-            }
-            while end < self.window.len() && self.window[end][0] <= here + 0.5 * reach {
-                end += 1;
-            }
-            if end <= first {
-                *factor = STIFFEST;
-                continue;
-            }
-            let zero = if first > 0 { self.window[first - 1] } else { [0.0; 3] };
-            let last = self.window[end - 1];
-            let rough = (last[2] - zero[2] - (last[1] - zero[1]).abs()).max(0.0);
-            if rough < roughness {
-                *factor = (roughness / rough.max(1e-9)).powi(4).min(STIFFEST);
-            }
+    }
+
+    /// Fixes the crossings of the drawn line where it is as smooth as can be.
+    pub(crate) fn fix_smooth(&self, strip: &mut Strip) {
+        for i in 0..strip.len() {
+            let stretches = if strip.closed { [i, (i + strip.len() - 1) % strip.len()] } else { [i, i + 1] };
+            let smooth = |k: &usize| self.factors.get(*k).is_some_and(|factor| *factor >= SMOOTH);
+            strip.fixed[i] |= stretches.iter().all(smooth);
         }
     }
 

@@ -14,6 +14,8 @@ use crate::surface::Surface;
 
 /// Turns below this are straight when inflections are counted.
 const STRAIGHT: f64 = 1e-4;
+/// Turns less than this apart, in mean edges, count as one where curvature is measured.
+const APART: f64 = 0.05;
 /// Samples of a stretch, at most.
 const MOST_SAMPLES: f64 = 64.0;
 
@@ -29,9 +31,10 @@ pub struct LineMetrics {
     pub length: f64,
     /// Sum of all turns' sizes: total geodesic curvature, in radians.
     pub total_turn: f64,
-    /// Largest geodesic curvature: a turn over the mean length of the stretches beside it, one over local units.
+    /// Largest geodesic curvature: a turn over the mean length of the stretches beside it, one over local units. Turns less than a
+    /// twentieth of a mean edge apart count as one.
     pub max_curvature: f64,
-    /// Squared geodesic curvature integrated along the line, one over local units.
+    /// Squared geodesic curvature integrated along the line, one over local units; likewise.
     pub square_curvature: f64,
     /// Sum of the differences between neighbouring turns: how much the line trembles, in radians.
     pub variation: f64,
@@ -70,6 +73,7 @@ impl Gauge {
         nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
         let mut found = LineMetrics { length: strip.length(surface), ..LineMetrics::default() };
         self.turns(strip, &mut found);
+        self.curvature(strip, mean_edge, &mut found);
         if let Some(from) = from {
             strip.positions_into(surface, &mut self.positions);
             let (there, mean) = apart(&self.positions, from, mean_edge);
@@ -88,18 +92,32 @@ impl Gauge {
         self.nodes.iter().fold(0.0, |sum, node| sum + node.bend.abs())
     }
 
-    fn turns(&self, strip: &Strip, found: &mut LineMetrics) {
+    /// Curvature of what is too near together to be told apart: crossings that gather at a vertex turn as one.
+    fn curvature(&self, strip: &Strip, mean_edge: f64, found: &mut LineMetrics) {
         let length = |j: usize| self.layout.stretch(j, &strip.at).length();
+        let (Some(first), Some(last)) = (self.nodes.first(), self.nodes.last()) else { return };
+        let mut before = length(first.first);
+        let (mut turn, mut inside) = (0.0, 0.0);
+        for node in &self.nodes {
+            turn += node.bend;
+            let after = length(self.layout.after(node.last));
+            if after < APART * mean_edge && node.last != last.last {
+                inside += after;
+                continue;
+            }
+            let width = (0.5 * (before + after) + inside).max(0.5 * APART * mean_edge);
+            found.max_curvature = found.max_curvature.max(turn.abs() / width);
+            found.square_curvature += turn * turn / width;
+            (before, turn, inside) = (after, 0.0, 0.0);
+        }
+    }
+
+    fn turns(&self, strip: &Strip, found: &mut LineMetrics) {
         let (mut before, mut side) = (None::<f64>, 0.0);
         let mut first = None;
         for node in &self.nodes {
-            let width = 0.5 * (length(node.first) + length(self.layout.after(node.last)));
             let turn = node.bend;
             found.total_turn += turn.abs();
-            if width > 0.0 {
-                found.max_curvature = found.max_curvature.max(turn.abs() / width);
-                found.square_curvature += turn * turn / width;
-            }
             found.variation += before.map_or(0.0, |before| (turn - before).abs());
             before = Some(turn);
             first = first.or(before);

@@ -107,8 +107,8 @@ pub struct Smoothing {
     pub mode: SmoothingMode,
     /// The length that distances are compared with, in local units; none: ten mean edges.
     pub reach: Option<f64>,
-    /// A tethered line counts as rough where it turns to and fro by more than this (radians) within a reach; where it is smoother it
-    /// stays where it is, the more the smoother it is. 0 tethers all of it alike.
+    /// A tethered line counts as rough where its nearest turns point to and fro by more than this (radians in all); where it is smoother it
+    /// stays where it is, the more the smoother it is: curves, and corners between straight stretches too. 0 tethers all of it alike.
     pub roughness: f64,
     /// How far it may go.
     pub envelope: Option<Envelope>,
@@ -127,11 +127,11 @@ impl Default for Smoothing {
         Self {
             mode: SmoothingMode::default(),
             reach: None,
-            roughness: 0.5,
+            roughness: 0.3,
             envelope: None,
             barrier: None,
             iteration: Iteration::Solve,
-            max_rounds: 100,
+            max_rounds: 400,
             max_sweeps: 20_000,
         }
     }

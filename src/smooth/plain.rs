@@ -17,6 +17,9 @@ use crate::surface::Surface;
 const CLAMPED: f64 = 1e-6;
 /// Nothing moves any more when no crossing moves by more than this, in mean edges.
 const STILL: f64 = 1e-5;
+/// Sweeps after which the length has to have changed, and by which share of it.
+const PATIENCE: u32 = 500;
+const STALLED: f64 = 1e-5;
 /// Sweeps without a vertex passed, before an end.
 const QUIET: u32 = 2;
 /// How much of its way a crossing goes that is to turn.
@@ -55,7 +58,7 @@ impl Engine {
     ) -> Done {
         let mut done = Done::default();
         self.flipper.counts.clear();
-        let mut quiet = 0;
+        let (mut quiet, mut before) = (0, f64::INFINITY);
         loop {
             if let Some((least, gauge)) = &mut enough
                 && gauge.total_turn(surface, strip) <= *least
@@ -89,6 +92,13 @@ impl Engine {
             if strip.closed && strip.length(surface) < 1e-3 * plan.mean {
                 done.collapsed = true;
                 return done;
+            }
+            if done.steps % PATIENCE == 0 {
+                let length = strip.length(surface);
+                if (length / before - 1.0).abs() < STALLED {
+                    return done;
+                }
+                before = length;
             }
             if moved < STILL * plan.mean && quiet > QUIET {
                 return done;

@@ -85,6 +85,58 @@ impl SurfacePolyline {
         Self::along_paths(surface, trace.segments().iter().flat_map(|segment| segment.paths()), closed)
     }
 
+    /// The line from a point in a face over the sides it crosses to a point in the last face.
+    ///
+    /// # Errors
+    /// [`PolylineError`] if a crossing does not lead to the face that the next one leaves.
+    pub fn open(
+        surface: &Surface,
+        start: SurfacePoint,
+        crossings: Vec<Crossing>,
+        end: SurfacePoint,
+    ) -> Result<Self, PolylineError> {
+        let fixed = vec![false; crossings.len()];
+        Self { closed: false, start, end, crossings, fixed }.checked(surface)
+    }
+
+    /// The closed line over some sides, at least three of them.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn closed(surface: &Surface, crossings: Vec<Crossing>) -> Result<Self, PolylineError> {
+        let start = crossings.first().map(point_of).ok_or(PolylineError::TooFewPoints)?;
+        let fixed = vec![false; crossings.len()];
+        Self { closed: true, start, end: start, crossings, fixed }.checked(surface)
+    }
+
+    fn checked(self, surface: &Surface) -> Result<Self, PolylineError> {
+        let mut strip = Strip::default();
+        self.strip_into(surface, &mut strip)?;
+        Self::of(surface, strip)
+    }
+
+    /// An open line, closed by the shortest path from its end to its start.
+    ///
+    /// # Errors
+    /// [`PolylineError`] if there is none, or the line belongs to another surface.
+    pub fn closed_home(&self, surface: &Surface, finder: &mut PathFinder) -> Result<Self, PolylineError> {
+        let mut strip = Strip::default();
+        self.strip_into(surface, &mut strip)?;
+        if self.closed {
+            return Self::of(surface, strip);
+        }
+        let home = finder.shortest(surface, &self.end, &self.start)?;
+        let path = InnerPath::from_outer(surface, &home)?;
+        let (start, end, mut around) = (strip.start, strip.end, Vec::new());
+        join(surface, &mut strip, &end, &path.start, &mut around)?;
+        for (h, at) in path.strip.iter().zip(&path.at) {
+            strip.push(surface, *h, *at, 0.0, false);
+        }
+        join(surface, &mut strip, &path.end, &start, &mut around)?;
+        strip.closed = true;
+        Self::of(surface, strip)
+    }
+
     /// The line along some paths, each from where the one before ends; closed, if it is to come back to its start.
     ///
     /// # Errors

@@ -157,6 +157,7 @@ pub(crate) fn smooth_watched(
     let mut run = Smoother { mean: mean_edge(surface, given), surface, smoothing, workspace, reach: 0.0 };
     run.reach = smoothing.reach.unwrap_or(REACH * run.mean);
     let mut done = run.enveloped(watch)?;
+    run.unfix();
     if !done.collapsed && run.is_rougher() {
         done.add(run.smoother(watch)?);
     }
@@ -177,6 +178,32 @@ struct Smoother<'a> {
 }
 
 impl Smoother<'_> {
+    /// Leaves fixed what was fixed in the line given.
+    fn unfix(&mut self) {
+        let SmoothWorkspace { strip, given, .. } = &mut *self.workspace;
+        let mut j = 0;
+        let Some(first) = strip.along.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map(|(i, _)| i) else {
+            return;
+        };
+        let n = strip.len();
+        // Fixed crossings are where they were, in the order in which they were.
+        for i in (first..n).chain(0..first) {
+            if !strip.fixed[i] {
+                continue;
+            }
+            while j < given.len() && given.along[j] < strip.along[i] {
+                j += 1;
+            }
+            let mut k = j;
+            let mut was = false;
+            while k < given.len() && given.along[k] == strip.along[i] {
+                was |= given.sides[k] == strip.sides[i] && given.fixed[k];
+                k += 1;
+            }
+            strip.fixed[i] = was;
+        }
+    }
+
     /// Whether the line turns more than the one given, or is longer, though it is not to.
     fn is_rougher(&mut self) -> bool {
         let SmoothWorkspace { gauge, strip, given, .. } = &mut *self.workspace;
@@ -322,7 +349,8 @@ impl Smoother<'_> {
             Iteration::Sequential => Some(Order::Sequential),
         };
         if tether.is_some() {
-            engine.measure_roughness(surface, given, self.reach, smoothing.roughness);
+            engine.measure_roughness(surface, given, smoothing.roughness);
+            engine.fix_smooth(strip);
         }
         match smoothing.mode {
             SmoothingMode::Geodesic => {
