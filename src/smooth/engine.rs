@@ -22,7 +22,7 @@ pub(crate) const NEAR: f64 = 1e-2;
 /// The rounding off before the last vertices are passed, in mean edges.
 const FINE: [f64; 1] = [1e-4];
 /// What is as stiff as that is fixed.
-const SMOOTH: f64 = 1e6;
+const SMOOTH: f64 = 1e3;
 /// Turns on either side of a place by which it is judged to be rough or smooth.
 const BESIDE: isize = 8;
 /// Turns below this are none.
@@ -39,7 +39,7 @@ const EXACTLY: f64 = 1e-7;
 /// Crossings begin this far inside their sides, so that none is stuck at a vertex.
 const INSIDE: f64 = 1e-3;
 /// How stiff a tether gets at most where the line is smooth already.
-const STIFFEST: f64 = 1e8;
+const STIFFEST: f64 = 1e4;
 
 /// What is asked of the engine.
 #[derive(Clone, Copy, Debug)]

@@ -66,7 +66,26 @@ impl Flipper {
         layout: &Layout,
         rule: &mut Rule<'_>,
     ) -> Flipped {
+        match self.flip_apart(surface, metric, strip, layout, rule, 0) {
+            Some(flipped) => flipped,
+            // Runs side by side lead back over a fixed crossing: those that are apart do not.
+            None => self.flip_apart(surface, metric, strip, layout, rule, 8).unwrap_or_default(),
+        }
+    }
+
+    /// Passes vertices whose runs are so many crossings apart, and from fixed ones too; none if the strip would lead back over a
+    /// fixed crossing, and it stays as it was then.
+    fn flip_apart(
+        &mut self,
+        surface: &Surface,
+        metric: &mut Metric,
+        strip: &mut Strip,
+        layout: &Layout,
+        rule: &mut Rule<'_>,
+        apart: usize,
+    ) -> Option<Flipped> {
         let n = strip.len();
+        let mut held = false;
         let mut flipped = Flipped::default();
         self.next.clear();
         (self.next.closed, self.next.start, self.next.end) = (strip.closed, strip.start, strip.end);
@@ -80,7 +99,7 @@ impl Flipper {
             };
             let run = strip.run_at(surface, i, touch.left);
             i = touch.last + 1;
-            if run.first < copied || !self.is_worth_it(surface, metric, strip, layout, rule, &touch) {
+            if (run.first < copied + apart && copied > 0) || !self.is_worth_it(surface, metric, strip, layout, rule, &touch) {
                 continue;
             }
             if strip.closed && (run.first == 0 || run.last + 1 == n) {
@@ -92,10 +111,10 @@ impl Flipper {
             }
             *self.counts.entry(run.vertex).or_insert(0) += 1;
             for k in copied..run.first {
-                self.next.push_from(surface, strip, k);
+                held |= self.next.push_from(surface, strip, k);
             }
             let begin = self.next.len();
-            self.splice(surface, metric, strip, layout, &run, rule.straight);
+            held |= self.splice(surface, metric, strip, layout, &run, rule.straight);
             self.changed.push(begin.min(self.next.len())..self.next.len());
             copied = run.last + 1;
             i = i.max(copied);
@@ -103,7 +122,10 @@ impl Flipper {
         }
         if flipped.count > 0 {
             for k in copied..n {
-                self.next.push_from(surface, strip, k);
+                held |= self.next.push_from(surface, strip, k);
+            }
+            if held {
+                return None;
             }
             let first = self.next.sides.first().copied();
             self.next.close_seam_if_closed(surface);
@@ -113,7 +135,7 @@ impl Flipper {
                 self.changed.push(0..strip.len());
             }
         }
-        flipped
+        Some(flipped)
     }
 
     /// Places crossings that were clamped to a vertex straight again where the line can leave it on its own side.
@@ -190,8 +212,9 @@ impl Flipper {
         layout: &Layout,
         run: &Run,
         straight: bool,
-    ) {
+    ) -> bool {
         let n = strip.len();
+        let mut held = false;
         let from = match run.first.checked_sub(1) {
             Some(before) => strip.along[before],
             None => 0.0,
@@ -214,8 +237,9 @@ impl Flipper {
             }
             let along = from + (to - from) * (k + 1) as f64 / (count + 1) as f64;
             let along = if strip.closed { along - along.floor() } else { along };
-            self.next.push(surface, *h, at, along, false);
+            held |= self.next.push(surface, *h, at, along, false);
         }
+        held
     }
 }
 

@@ -41,7 +41,9 @@ impl SurfacePolyline {
                 seen.insert(h);
                 strip.end = corner(h, true);
                 let Some(next) = after(surface, h, &inside, &mut spokes) else { break };
-                spokes.iter().for_each(|side| strip.push(surface, *side, 0.0, 0.0, false));
+                spokes.iter().for_each(|side| {
+                    strip.push(surface, *side, 0.0, 0.0, false);
+                });
                 if next == first || seen.contains(&next) {
                     break;
                 }

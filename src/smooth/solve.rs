@@ -174,7 +174,8 @@ impl Solver {
             let (g, t) = (self.gradient[i], at[i]);
             self.held[i] = still || (t <= low + AT_BOUND && g > 0.0) || (t >= high - AT_BOUND && g < 0.0);
             if !self.held[i] {
-                left = left.max(g.abs() / length);
+                // A turn, or what is left of the way to where a stiff tether leads, in mean edges.
+                left = left.max(g.abs() * length / (length * length + self.stiff[i] * task.mean));
             }
         }
         left

@@ -58,26 +58,28 @@ impl Strip {
     }
 
     /// Adds a crossing; one that leads back to the face just left takes that one away instead.
-    pub(crate) fn push(&mut self, surface: &Surface, side: HalfEdge, at: f64, along: f64, fixed: bool) {
-        if let (Some(last), Some(false)) = (self.sides.last(), self.fixed.last())
-            && surface.twin(*last) == side
-            && !fixed
-        {
+    ///
+    /// Says whether that leads back over a fixed crossing, which stays: the strip is not regular then.
+    pub(crate) fn push(&mut self, surface: &Surface, side: HalfEdge, at: f64, along: f64, fixed: bool) -> bool {
+        let back = self.sides.last().is_some_and(|last| surface.twin(*last) == side);
+        let held = back && (fixed || self.fixed.last() == Some(&true));
+        if back && !held {
             self.sides.pop();
             self.at.pop();
             self.along.pop();
             self.fixed.pop();
-            return;
+            return false;
         }
         self.sides.push(side);
         self.at.push(at);
         self.along.push(along);
         self.fixed.push(fixed);
+        held
     }
 
     /// Adds crossing `i` of another strip.
-    pub(crate) fn push_from(&mut self, surface: &Surface, other: &Self, i: usize) {
-        self.push(surface, other.sides[i], other.at[i], other.along[i], other.fixed[i]);
+    pub(crate) fn push_from(&mut self, surface: &Surface, other: &Self, i: usize) -> bool {
+        self.push(surface, other.sides[i], other.at[i], other.along[i], other.fixed[i])
     }
 
     /// Takes away what leads there and back at the seam of a closed line.
