@@ -11,7 +11,7 @@ use super::{
     nodes::{self, Node},
     plain::Sweeper,
     profile::Profile,
-    solve::{STAGES, Solver, Task, Tether},
+    solve::{STAGES, Solver, Task, Tether, UNKNOWN},
     strip::Strip,
     tree::LineTree,
 };
@@ -290,7 +290,7 @@ impl Engine {
 
     /// Passes the vertices that press.
     fn pass(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, near: f64) -> super::flip::Flipped {
-        let Self { metric, layout, solver, flipper, line, wished, .. } = self;
+        let Self { metric, layout, solver, flipper, line, wished, windows, .. } = self;
         let wish = |k: usize| wish(plan, wished, solver, layout, k);
         let mut allowed = |vertex: u32| match plan.envelope {
             Some(reach) => {
@@ -298,7 +298,7 @@ impl Engine {
             }
             None => true,
         };
-        let mut rule = Rule { near, wished: &wish, allowed: &mut allowed, straight: false };
+        let mut rule = Rule { near, wished: &wish, allowed: &mut allowed, straight: false, windows };
         flipper.flip(surface, metric, strip, layout, &mut rule)
     }
 
@@ -341,11 +341,7 @@ impl Engine {
         let Self { layout, solver, line, wished, bounds, stiffness, nearest, ends, windows, watched, .. } = self;
         if plan.tether.is_some() {
             nearest.clear();
-            let mut hint = None;
-            for i in 0..strip.len() {
-                hint = line.nearest(layout.place(i, strip.at[i]), hint).map(|near| near.stretch);
-                nearest.push(hint.unwrap_or(0) as u32);
-            }
+            nearest.resize(strip.len(), UNKNOWN);
         }
         for stages in [stages, more] {
             if stages.is_empty() {
@@ -354,7 +350,7 @@ impl Engine {
             let mut task = Task {
                 layout,
                 turns: if plan.profile { wished } else { &[] },
-                tether: plan.tether.map(|_| Tether { line, stiffness, nearest }),
+                tether: plan.tether.map(|_| Tether { line, stiffness, nearest, steady: false }),
                 bounds,
                 barrier: plan.barrier.map(|reach| (reach, ends.as_slice())),
                 mean: plan.mean,
@@ -376,7 +372,7 @@ impl Engine {
                 );
                 done.steps += steps as u32;
             } else {
-                for window in windows.iter().cloned() {
+                for window in windows.iter_mut() {
                     done.steps += solve_window(solver, &mut task, window, &mut at, strip.closed);
                 }
             }
@@ -446,21 +442,30 @@ impl Engine {
     }
 
     /// Whether a closed line has shrunk to a point.
-    fn is_point(&mut self, surface: &Surface, strip: &Strip, plan: &Plan) -> bool {
-        let _ = self;
+    fn is_point(&self, surface: &Surface, strip: &Strip, plan: &Plan) -> bool {
         let Some(first) = (!strip.sides.is_empty()).then(|| strip.crossing(surface, 0)) else { return true };
         (0..strip.len()).all(|i| strip.crossing(surface, i).distance(first) < 2.0 * NEAR * plan.mean)
     }
 }
 
 /// Solves for the crossings of a window, and for more of them as long as those beside it would move.
-fn solve_window(solver: &mut Solver, task: &mut Task<'_>, window: Range<usize>, at: &mut [f64], closed: bool) -> u32 {
+fn solve_window(
+    solver: &mut Solver,
+    task: &mut Task<'_>,
+    window: &mut Range<usize>,
+    at: &mut [f64],
+    closed: bool,
+) -> u32 {
     let n = at.len();
-    let Range { mut start, mut end } = window;
+    let Range { mut start, mut end } = window.clone();
     let mut steps = 0;
     loop {
         if 2 * (end - start) > n {
             (start, end) = (0, n);
+        }
+        let around = start.saturating_sub(1)..(end + 1).min(n);
+        if let Some(tether) = &mut task.tether {
+            tether.look_up(task.layout, around, at);
         }
         steps += solver.run(task, start..end, at, None).0 as u32;
         let [before, after] = [start.saturating_sub(1)..start, end..(end + 1).min(n - usize::from(closed))];
@@ -478,6 +483,7 @@ fn solve_window(solver: &mut Solver, task: &mut Task<'_>, window: Range<usize>, 
             }
         }
         if !more {
+            *window = start..end;
             return steps;
         }
     }

@@ -34,6 +34,8 @@ pub(crate) struct Rule<'a> {
     pub(crate) allowed: &'a mut dyn FnMut(u32) -> bool,
     /// Whether new crossings are placed straight where that is possible, or at the vertex.
     pub(crate) straight: bool,
+    /// Where to look, in order; what lies elsewhere has not moved.
+    pub(crate) windows: &'a [Range<usize>],
 }
 
 /// What became of a strip.
@@ -91,15 +93,25 @@ impl Flipper {
         (self.next.closed, self.next.start, self.next.end) = (strip.closed, strip.start, strip.end);
         self.changed.clear();
         let mut copied = 0;
-        let mut i = 0;
+        let (mut i, mut window) = (0, 0);
         while i < n {
+            while rule.windows.get(window).is_some_and(|w| w.end <= i) {
+                window += 1;
+            }
+            match rule.windows.get(window) {
+                None => break,
+                Some(range) if i < range.start => i = range.start,
+                Some(_) => {}
+            }
             let Some(touch) = touching(surface, strip, layout, i, rule.near) else {
                 i += 1;
                 continue;
             };
             let run = strip.run_at(surface, i, touch.left);
             i = touch.last + 1;
-            if (run.first < copied + apart && copied > 0) || !self.is_worth_it(surface, metric, strip, layout, rule, &touch) {
+            if (run.first < copied + apart && copied > 0)
+                || !self.is_worth_it(surface, metric, strip, layout, rule, &touch)
+            {
                 continue;
             }
             if strip.closed && (run.first == 0 || run.last + 1 == n) {

@@ -16,6 +16,8 @@ use crate::surface::Surface;
 const STRAIGHT: f64 = 1e-4;
 /// Turns less than this apart, in mean edges, count as one where curvature is measured.
 const APART: f64 = 0.05;
+/// How often a stretch is halved to see whether it stays within a distance.
+const HALVINGS: u32 = 14;
 /// Samples of a stretch, at most.
 const MOST_SAMPLES: f64 = 64.0;
 
@@ -155,4 +157,28 @@ pub(crate) fn apart(points: &[DVec3], from: &LineTree, mean_edge: f64) -> (f64, 
         length += long;
     }
     (largest, if length > 0.0 { sum / length } else { largest })
+}
+
+/// Whether all places of a line are within a distance of another, to a thousandth of an edge.
+pub(crate) fn stays_within(points: &[DVec3], from: &LineTree, far: f64, mean_edge: f64) -> bool {
+    let mut hint = None;
+    let mut distance = |p: DVec3| {
+        let near = from.nearest(p, hint);
+        hint = near.map(|near| near.stretch);
+        near.map_or(0.0, |near| near.distance)
+    };
+    points.windows(2).all(|pair| between(pair[0], pair[1], &mut distance, far, 1e-3 * mean_edge, HALVINGS))
+}
+
+/// Whether a stretch is: no place of it is farther than half of what its ends are together, and its length.
+fn between(a: DVec3, b: DVec3, distance: &mut impl FnMut(DVec3) -> f64, far: f64, fine: f64, halvings: u32) -> bool {
+    let (here, there, long) = (distance(a), distance(b), a.distance(b));
+    if here > far || there > far {
+        return false;
+    }
+    if 0.5 * (here + there + long) <= far || long <= fine || halvings == 0 {
+        return true;
+    }
+    let middle = a.midpoint(b);
+    between(a, middle, distance, far, fine, halvings - 1) && between(middle, b, distance, far, fine, halvings - 1)
 }

@@ -20,8 +20,6 @@ pub(crate) struct Node {
     pub(crate) turn: f64,
     /// The turn on the surface: at a vertex a share of its total angle, none on the boundary (Polthier & Schmies 1998).
     pub(crate) bend: f64,
-    /// The vertex it is at, if it is at one.
-    pub(crate) vertex: Option<u32>,
 }
 
 /// Finds all nodes of a line; one with less than a hair between crossings that share a vertex is at it.
@@ -40,7 +38,7 @@ pub(crate) fn find(
         let left = at >= 1.0 - AT_VERTEX;
         if at > AT_VERTEX && !left {
             let turn = layout.turn(i, &strip.at);
-            out.push(Node { first: i, last: i, turn, bend: turn, vertex: None });
+            out.push(Node { first: i, last: i, turn, bend: turn });
             i += 1;
             continue;
         }
@@ -58,7 +56,7 @@ pub(crate) fn find(
         let angle = metric.angle(surface, vertex);
         let right = if left { fan.angle } else { angle - fan.angle };
         let bend = if surface.boundary[vertex as usize] { 0.0 } else { TAU / angle * right - PI };
-        out.push(Node { first, last: i, turn, bend, vertex: Some(vertex) });
+        out.push(Node { first, last: i, turn, bend });
         i += 1;
     }
 }

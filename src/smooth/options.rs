@@ -191,7 +191,7 @@ pub enum SmoothError {
     Options(&'static str),
     /// A closed line that nothing holds shrank to a point.
     #[error(
-        "the closed line shrank to a point at {}: nothing of the surface holds it; tether it, or fix a crossing", at.face
+        "the closed line shrank to a point at {}: nothing of the surface holds it; tether it closer, or fix a crossing", at.face
     )]
     Collapsed {
         /// Where.

@@ -224,6 +224,9 @@ impl SurfacePolyline {
             let at = self.crossings.first().map_or(self.start.face, |crossing| crossing.face);
             return Err(PointError::BadCrossing(at).into());
         }
+        // What bends at a vertex is in one piece then.
+        let ends = |s: &Strip, i: usize| s.at[i] <= strip::AT_VERTEX || s.at[i] >= 1.0 - strip::AT_VERTEX;
+        let _ = strip.seam_off_vertices(ends);
         strip.measure(surface);
         Ok(())
     }

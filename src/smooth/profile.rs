@@ -81,12 +81,11 @@ impl Profile {
         for i in 0..n {
             let here = strip.along[i];
             // Shares of a closed line begin anew somewhere.
-            let near = |k: usize| {
-                let there = strip.along[k];
-                if !strip.closed { there } else { there - (there - here).round() }
-            };
-            let from = if i > 0 || strip.closed { self.up_to(0.5 * (near((i + n - 1) % n) + here)) } else { 0.0 };
-            let to = if i + 1 < n || strip.closed { self.up_to(0.5 * (near((i + 1) % n) + here)) } else { whole };
+            let wrap = |there: f64, by: f64| if strip.closed && (there - here) * by < 0.0 { there + by } else { there };
+            let before = wrap(strip.along[(i + n - 1) % n], -1.0);
+            let after = wrap(strip.along[(i + 1) % n], 1.0);
+            let from = if i > 0 || strip.closed { self.up_to(0.5 * (before + here)) } else { 0.0 };
+            let to = if i + 1 < n || strip.closed { self.up_to(0.5 * (after + here)) } else { whole };
             out.push(to - from);
         }
     }

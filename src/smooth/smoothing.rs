@@ -4,9 +4,9 @@ use super::{
     Envelope, Iteration, LineMetrics, SmoothError, Smoothing, SmoothingMode, SurfacePolyline,
     engine::{Done, Engine, Plan, somewhere},
     metric::Kind,
-    metrics::{Gauge, apart},
+    metrics::{Gauge, stays_within},
     plain::Order,
-    strip::{Strip, share_on, turn_into},
+    strip::{AT_VERTEX, Strip, share_on, turn_into},
     tree::LineTree,
 };
 use crate::geodesic::{PathFinder, inner::InnerPath};
@@ -38,6 +38,14 @@ pub struct SmoothWorkspace {
     path: InnerPath,
     around: Vec<HalfEdge>,
     tree: LineTree,
+}
+
+#[cfg(test)]
+impl SmoothWorkspace {
+    /// Lets watchers see every step of every solve.
+    pub(crate) fn watch_steps(&mut self) {
+        self.engine.watched = true;
+    }
 }
 
 /// A smoothed line.
@@ -158,6 +166,7 @@ pub(crate) fn smooth_watched(
     run.reach = smoothing.reach.unwrap_or(REACH * run.mean);
     let mut done = run.enveloped(watch)?;
     run.unfix();
+    let _ = run.workspace.strip.seam_off_vertices(at_vertex);
     if !done.collapsed && run.is_rougher() {
         done.add(run.smoother(watch)?);
     }
@@ -166,6 +175,11 @@ pub(crate) fn smooth_watched(
         return Err(SmoothError::Collapsed { at });
     }
     Ok(done)
+}
+
+/// Whether a crossing is at a vertex.
+fn at_vertex(strip: &Strip, i: usize) -> bool {
+    strip.at[i] <= AT_VERTEX || strip.at[i] >= 1.0 - AT_VERTEX
 }
 
 /// One smoothing under way.
@@ -265,7 +279,7 @@ impl Smoother<'_> {
         watch: &mut dyn FnMut(&Strip),
     ) -> Result<Done, SmoothError> {
         let mut all = self.once(own, None, watch)?;
-        if !all.collapsed && self.distance() <= far {
+        if !all.collapsed && self.is_within(far) {
             return Ok(all);
         }
         let [mut loose, mut close] = CLOSENESSES.map(f64::ln);
@@ -275,7 +289,7 @@ impl Smoother<'_> {
             let middle = 0.5 * (loose + close);
             let done = self.once(Some(middle.exp()), None, watch)?;
             all.add(Done { collapsed: false, ..done });
-            if !done.collapsed && self.distance() <= far {
+            if !done.collapsed && self.is_within(far) {
                 close = middle;
                 let SmoothWorkspace { strip, kept, .. } = &mut *self.workspace;
                 kept.copy_from(strip);
@@ -305,7 +319,7 @@ impl Smoother<'_> {
         for share in WITHIN {
             let done = self.once(closeness, Some(share * far), watch)?;
             all.add(done);
-            if done.collapsed || self.distance() <= far {
+            if done.collapsed || self.is_within(far) {
                 return Ok(all);
             }
         }
@@ -315,11 +329,11 @@ impl Smoother<'_> {
         Ok(all)
     }
 
-    /// Largest distance of the smoothed line from the drawn one.
-    fn distance(&mut self) -> f64 {
+    /// Whether the smoothed line stays within a distance of the drawn one.
+    fn is_within(&mut self, far: f64) -> bool {
         let SmoothWorkspace { strip, positions, engine, .. } = &mut *self.workspace;
         strip.positions_into(self.surface, positions);
-        apart(positions, &engine.line, self.mean).0
+        stays_within(positions, &engine.line, far, self.mean)
     }
 
     /// Smooths once, from the line given.

@@ -24,6 +24,8 @@ const BOUND_ROUNDS: usize = 16;
 const AT_BOUND: f64 = 1e-9;
 /// Share of its stiffness that a tether has at least along the drawn line.
 const ALONG: f64 = 0.05;
+/// Steps in which crossings look for the nearest stretch of the drawn line.
+const UNSTEADY: usize = 6;
 /// Tries of ever shorter steps.
 const HALVINGS: usize = 20;
 
@@ -35,6 +37,26 @@ pub(crate) struct Tether<'a> {
     pub(crate) stiffness: &'a [f64],
     /// For each crossing the stretch of the line that is nearest.
     pub(crate) nearest: &'a mut [u32],
+    /// Whether stretches stay: set after some steps, so that a crossing does not go to and fro between two of them.
+    pub(crate) steady: bool,
+}
+
+/// In place of the nearest stretch: not looked up yet.
+pub(crate) const UNKNOWN: u32 = u32::MAX;
+
+impl Tether<'_> {
+    /// Finds the nearest stretches of some crossings of which they are not known.
+    pub(crate) fn look_up(&mut self, layout: &Layout, range: Range<usize>, at: &[f64]) {
+        let mut hint = None;
+        for i in range {
+            if self.nearest[i] == UNKNOWN {
+                hint = self.line.nearest(layout.place(i, at[i]), hint).map(|near| near.stretch);
+                self.nearest[i] = hint.unwrap_or(0) as u32;
+            } else {
+                hint = Some(self.nearest[i] as usize);
+            }
+        }
+    }
 }
 
 /// What is to be solved.
@@ -103,6 +125,9 @@ impl Solver {
         for step in 0..task.most_steps {
             let Some(&rounding) = task.stages.get(stage) else { break };
             let rounding = rounding * task.mean;
+            if let Some(tether) = &mut task.tether {
+                tether.steady = step >= UNSTEADY;
+            }
             left = self.look(task, &part, at, rounding);
             let last = stage + 1 == task.stages.len();
             if left < if last { task.tolerance } else { COARSE.max(task.tolerance) } {
@@ -205,13 +230,17 @@ impl Solver {
         if let Some(tether) = &mut task.tether {
             for i in part.range.clone() {
                 let place = layout.place(i, at[i]);
-                let Some(near) = tether.line.near(place, tether.nearest[i] as usize) else { continue };
+                let stretch = tether.nearest[i] as usize;
+                let near =
+                    if tether.steady { tether.line.of(place, stretch) } else { tether.line.near(place, stretch) };
+                let Some(near) = near else { continue };
                 tether.nearest[i] = near.stretch as u32;
                 let share = 0.5 * (self.lengths[i] + self.lengths[layout.after(i)]) * tether.stiffness[near.stretch];
                 let side = layout.extents[i];
                 let (squared, along) = (side.length_squared(), side.dot(tangent(tether.line, near.stretch)));
                 self.pull[i] = share * (place - near.place).dot(side);
-                self.stiff[i] = share * (squared - along * along).max(ALONG * squared);
+                let across = if near.at_end { squared } else { (squared - along * along).max(ALONG * squared) };
+                self.stiff[i] = share * across;
                 self.gradient[i] += self.pull[i];
             }
         }

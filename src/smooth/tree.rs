@@ -13,6 +13,8 @@ pub(crate) struct Near {
     pub(crate) distance: f64,
     pub(crate) place: DVec3,
     pub(crate) stretch: usize,
+    /// Whether it is an end of that stretch.
+    pub(crate) at_end: bool,
 }
 
 /// A line in space with a tree of boxes over its stretches, which are near one another because they follow one another: the
@@ -71,7 +73,8 @@ impl LineTree {
             let place = a + share * way;
             let squared = p.distance_squared(place);
             if best.is_none_or(|(least, _)| squared < least) {
-                *best = Some((squared, Near { distance: 0.0, place, stretch: k }));
+                *best =
+                    Some((squared, Near { distance: 0.0, place, stretch: k, at_end: share <= 0.0 || share >= 1.0 }));
             }
         }
     }
@@ -80,6 +83,13 @@ impl LineTree {
     pub(crate) fn near(&self, p: DVec3, stretch: usize) -> Option<Near> {
         let mut best = None;
         self.on(p, stretch.saturating_sub(1), (stretch + 2).min(self.stretches()), &mut best);
+        best.map(|(squared, near)| Near { distance: squared.sqrt(), ..near })
+    }
+
+    /// The nearest place of one stretch.
+    pub(crate) fn of(&self, p: DVec3, stretch: usize) -> Option<Near> {
+        let mut best = None;
+        self.on(p, stretch, (stretch + 1).min(self.stretches()), &mut best);
         best.map(|(squared, near)| Near { distance: squared.sqrt(), ..near })
     }
 
