@@ -27,6 +27,8 @@ const SMOOTH: f64 = 1e3;
 const BESIDE: isize = 8;
 /// Turns below this are none.
 const TURN: f64 = 0.02;
+/// Rounds in which a line may get no shorter.
+const IDLE: u32 = 24;
 /// By how much a line may grow when it passes vertices.
 const GROWTH: f64 = 1e-3;
 /// Crossings on either side of new ones that are solved for with them.
@@ -169,6 +171,12 @@ impl Engine {
         }
     }
 
+    /// Tethers all of the drawn line alike.
+    pub(crate) fn hold_alike(&mut self) {
+        self.factors.clear();
+        self.factors.resize(self.line.points().len().saturating_sub(1), 1.0);
+    }
+
     /// Fixes the crossings of the drawn line where it is as smooth as can be.
     pub(crate) fn fix_smooth(&self, strip: &mut Strip) {
         for i in 0..strip.len() {
@@ -195,6 +203,7 @@ impl Engine {
         }
         let near = NEAR * plan.mean;
         let (mut seams, mut fine, mut kept) = (0, false, f64::INFINITY);
+        let (mut shortest, mut since) = (f64::INFINITY, 0);
         loop {
             if strip.closed {
                 self.layout.build(surface, &mut self.metric, strip);
@@ -239,6 +248,13 @@ impl Engine {
             }
             if done.rounds >= plan.max_rounds {
                 done.met_bound = true;
+                break;
+            }
+            // Where vertices are passed to and fro, nothing is gained any more.
+            let length = strip.length(surface);
+            if length < shortest * (1.0 - 1e-7) {
+                (shortest, since) = (length, done.rounds);
+            } else if done.rounds > since + IDLE {
                 break;
             }
             done.rounds += 1;

@@ -136,11 +136,12 @@ impl Flipper {
             for k in copied..n {
                 held |= self.next.push_from(surface, strip, k);
             }
-            if held {
-                return None;
-            }
             let first = self.next.sides.first().copied();
             self.next.close_seam_if_closed(surface);
+            let seam = self.next.sides.last().map(|last| surface.twin(*last));
+            if held || (self.next.closed && self.next.len() > 1 && seam == self.next.sides.first().copied()) {
+                return None;
+            }
             std::mem::swap(strip, &mut self.next);
             strip.trim_ends(surface);
             if strip.sides.first().copied() != first {

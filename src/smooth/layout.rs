@@ -102,10 +102,15 @@ impl Layout {
         [DVec2::new(back.perp_dot(up), back.dot(up)), next.offset + to * next.leave]
     }
 
-    /// The turn at crossing `i`, positive to the left; nonsense where the points before or after coincide with it.
+    /// The turn at crossing `i`, positive to the left; none where the points before or after coincide with it.
     pub(crate) fn turn(&self, i: usize, at: &[f64]) -> f64 {
         let [p, q] = self.around(i, at);
-        hinge::turn(p, at[i] * self.lengths[i], q)
+        let here = DVec2::new(0.0, at[i] * self.lengths[i]);
+        let short = 1e-12 * self.lengths[i];
+        if p.distance(here) <= short || q.distance(here) <= short {
+            return 0.0;
+        }
+        hinge::turn(p, here.y, q)
     }
 
     /// The place of crossing `i` in space.

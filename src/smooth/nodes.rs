@@ -52,6 +52,11 @@ pub(crate) fn find(
             i += 1;
         }
         fan.unfold(surface, metric, strip, layout, &Run { first, last: i, vertex, left });
+        if fan.radii.iter().any(|r| *r <= 1e-12 * layout.lengths[first]) {
+            out.push(Node { first, last: i, turn: 0.0, bend: 0.0 });
+            i += 1;
+            continue;
+        }
         let turn = if left { fan.turn() } else { -fan.turn() };
         let angle = metric.angle(surface, vertex);
         let right = if left { fan.angle } else { angle - fan.angle };

@@ -17,7 +17,7 @@ use crate::surface::Surface;
 const CLAMPED: f64 = 1e-6;
 /// Nothing moves any more when no crossing moves by more than this, in mean edges.
 const STILL: f64 = 1e-5;
-/// Sweeps after which the length has to have changed, and by which share of it.
+/// Sweeps after which the line has to be shorter, and by which share of its length.
 const PATIENCE: u32 = 500;
 const STALLED: f64 = 1e-5;
 /// Sweeps without a vertex passed, before an end.
@@ -58,7 +58,7 @@ impl Engine {
     ) -> Done {
         let mut done = Done::default();
         self.flipper.counts.clear();
-        let (mut quiet, mut before) = (0, f64::INFINITY);
+        let (mut quiet, mut before, mut since) = (0, f64::INFINITY, 0);
         loop {
             if let Some((least, gauge)) = &mut enough
                 && gauge.total_turn(surface, strip) <= *least
@@ -93,12 +93,11 @@ impl Engine {
                 done.collapsed = true;
                 return done;
             }
-            if done.steps % PATIENCE == 0 {
-                let length = strip.length(surface);
-                if (length / before - 1.0).abs() < STALLED {
-                    return done;
-                }
-                before = length;
+            let length = strip.length(surface);
+            if length < before * (1.0 - STALLED) {
+                (before, since) = (length, done.steps);
+            } else if done.steps > since + PATIENCE {
+                return done;
             }
             if moved < STILL * plan.mean && quiet > QUIET {
                 return done;

@@ -14,6 +14,8 @@ use crate::surface::{HalfEdge, InnerPoint, Surface};
 
 /// Mean edges in the default reach.
 const REACH: f64 = 10.0;
+/// Closeness of the tether that holds closed lines of which only the turns are wished.
+const ANCHOR: f64 = 0.3;
 /// Bisections of an envelope's tether, from closeness to closeness.
 const BISECTIONS: u32 = 8;
 const CLOSENESSES: [f64; 2] = [1e-3, 1e6];
@@ -386,6 +388,11 @@ impl Smoother<'_> {
             SmoothingMode::Stencil { scale, passes } => {
                 (plan.profile, plan.shrinks) = (true, scale <= 1.0);
                 engine.measure_profile(surface, given, passes, scale);
+                if given.closed && scale > 0.0 && tether.is_none() && order.is_none() {
+                    // Turns alone say neither where a closed line is nor how large.
+                    engine.hold_alike();
+                    plan.tether = Some(ANCHOR);
+                }
                 Ok(match order {
                     Some(order) => engine.sweep(surface, strip, &plan, order, smoothing.max_sweeps, None, watch),
                     None => engine.relax(surface, strip, &plan, watch),

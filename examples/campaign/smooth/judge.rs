@@ -119,10 +119,7 @@ impl Judge<'_> {
             let first = i;
             let vertex = self.vertex_at(&crossings[i]);
             if let Some(vertex) = vertex {
-                while i + 1 < n
-                    && self.vertex_at(&crossings[i + 1]) == Some(vertex)
-                    && self.same_end(crossings, i, vertex)
-                {
+                while i + 1 < n && self.vertex_at(&crossings[i + 1]) == Some(vertex) {
                     i += 1;
                 }
                 turn += self.turn_about(vertex, crossings, first, i, places[first], places[i + 2]);
@@ -132,16 +129,6 @@ impl Judge<'_> {
             i += 1;
         }
         (length, turn)
-    }
-
-    /// Whether the next crossing turns on about the same vertex: it always does where both share it.
-    fn same_end(&self, crossings: &[Crossing], i: usize, vertex: u32) -> bool {
-        let right = |c: &Crossing| {
-            let t = self.topology.corners[c.face.0 as usize];
-            t[usize::from(c.side)] == vertex
-        };
-        let consistent = right(&crossings[i]) == right(&crossings[i + 1]);
-        consistent || self.topology.is_one_sided(crossings[i].face.0) || !consistent
     }
 
     fn vertex_at(&self, c: &Crossing) -> Option<u32> {
@@ -176,6 +163,9 @@ impl Judge<'_> {
         after: DVec3,
     ) -> f64 {
         let here = self.topology.positions[vertex as usize];
+        if before.distance(here) <= 1e-12 * self.mean || after.distance(here) <= 1e-12 * self.mean {
+            return 0.0;
+        }
         let spoke = |c: &Crossing| {
             let far = self.topology.far_end(c.face.0, usize::from(c.side), vertex);
             self.topology.positions[far as usize] - here

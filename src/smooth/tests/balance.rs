@@ -4,9 +4,7 @@ use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::*;
-use crate::smooth::{
-    fan::Fan, layout::Layout, metric::Metric, nodes, plain::Order, smoothing::smooth_watched, strip::Strip,
-};
+use crate::smooth::{fan::Fan, layout::Layout, metric::Metric, nodes, smoothing::smooth_watched, strip::Strip};
 
 /// Turn in the strip and curvature of all vertices to the left of it, for lines whose left is what they go around.
 ///
@@ -17,9 +15,13 @@ fn balance(surface: &Surface, strip: &Strip) -> Option<f64> {
     layout.build(surface, &mut metric, strip);
     // Where one crossing is at a vertex and the next one at it too, but seen from the other side, there is no turn to speak of.
     nodes::find(surface, &mut metric, strip, &layout, &mut fan, &mut found);
-    let short = (0..layout.legs.len()).any(|j| layout.stretch(j, &strip.at).length() < 1e-7);
-    let grouped = found.iter().any(|node| node.last > node.first);
-    if short && !grouped {
+    // A hair beside a vertex a crossing counts as being at it, which costs digits.
+    let hair = |t: &f64| (*t > 0.0 && *t < 1e-7) || (*t < 1.0 && *t > 1.0 - 1e-7);
+    if strip.at.iter().any(hair) {
+        return None;
+    }
+    let short = |j: usize| layout.stretch(j, &strip.at).length() < 1e-6;
+    if found.iter().any(|node| short(node.first) || short(layout.after(node.last))) {
         return None;
     }
     let at_end = |i: usize| strip.at[i] <= 1e-9 || strip.at[i] >= 1.0 - 1e-9;
@@ -54,7 +56,7 @@ fn balance(surface: &Surface, strip: &Strip) -> Option<f64> {
 
 /// Smooths a ring by everything there is and balances every line on the way.
 fn balanced(surface: &Surface, line: &SurfacePolyline, least: usize) {
-    let mut count = 0;
+    let (mut count, mut all) = (0, 0);
     let mut worst = 0.0_f64;
     for (mode, iteration) in [
         (SmoothingMode::Tether { closeness: 10.0 }, Iteration::Solve),
@@ -69,18 +71,19 @@ fn balanced(surface: &Surface, line: &SurfacePolyline, least: usize) {
         let mut workspace = SmoothWorkspace::default();
         workspace.watch_steps();
         let _ = smooth_watched(surface, &mut workspace, line, &smoothing, &mut |strip| {
-            if strip.len() >= 3
-                && let Some(balance) = balance(surface, strip)
-            {
+            if strip.len() < 3 {
+                return;
+            }
+            all += 1;
+            if let Some(balance) = balance(surface, strip) {
                 count += 1;
                 worst = worst.max((balance - TAU).abs());
                 assert!((balance - TAU).abs() < 1e-9, "{mode:?} {iteration:?}: {}", balance - TAU);
             }
         });
     }
-    println!("{count} lines on the way, off by at most {worst:e}");
+    println!("{count} of {all} lines on the way could be judged, off by at most {worst:e}");
     assert!(count >= least, "{count}");
-    let _ = Order::Symmetric;
 }
 
 #[test]
