@@ -19,8 +19,8 @@ use crate::surface::{InnerPoint, Surface};
 
 /// Crossings this near to a vertex, in mean edges, may pass it.
 pub(crate) const NEAR: f64 = 1e-2;
-/// The rounding off before the last vertices are passed, in mean edges.
-const FINE: [f64; 1] = [1e-4];
+/// How corners are rounded off while vertices are passed, in mean edges: less when nothing more is to pass.
+const LEVELS: [&[f64]; 3] = [&[1e-2], &[1e-2, 1e-3], &[1e-4]];
 /// What is as stiff as that is fixed.
 const SMOOTH: f64 = 1e3;
 /// Turns on either side of a place by which it is judged to be rough or smooth.
@@ -35,6 +35,8 @@ const GROWTH: f64 = 1e-3;
 const MARGIN: usize = 12;
 /// Steps of one solve.
 const MOST_STEPS: usize = 60;
+/// Turns that may remain while most vertices are passed.
+const COARSELY: f64 = 1e-2;
 /// Turns that may remain before vertices are passed, and at the end.
 const ROUGHLY: f64 = 1e-3;
 const EXACTLY: f64 = 1e-7;
@@ -202,7 +204,8 @@ impl Engine {
             self.stiffness.extend(self.factors.iter().map(|factor| factor * per));
         }
         let near = NEAR * plan.mean;
-        let (mut seams, mut fine, mut kept) = (0, false, f64::INFINITY);
+        let (mut seams, mut level, mut kept) = (0, 0, f64::INFINITY);
+        let mut raised = true;
         let (mut shortest, mut since) = (f64::INFINITY, 0);
         loop {
             if strip.closed {
@@ -217,21 +220,16 @@ impl Engine {
                 return done;
             }
             let first = done.rounds == 0;
-            self.choose_windows(strip, first || fine || seams > 0);
-            let stages: &[f64] = if first {
-                &STAGES
-            } else if fine {
-                &FINE
-            } else {
-                &STAGES[1..]
-            };
+            self.choose_windows(strip, raised || seams > 0);
+            let stages: &[f64] = if first { &STAGES[..2] } else { LEVELS[level] };
+            raised = false;
             self.solve(
                 surface,
                 strip,
                 plan,
                 [stages, &[]],
                 if first { INSIDE } else { 0.0 },
-                ROUGHLY,
+                if level == 0 { COARSELY } else { ROUGHLY },
                 &mut done,
                 watch,
             );
@@ -262,14 +260,14 @@ impl Engine {
             done.flips += flipped.count as u32;
             if flipped.count > 0 {
                 watch(strip);
-                (seams, fine) = (0, false);
+                (seams, level) = (0, level.min(1));
             } else if flipped.at_seam && seams < 2 {
                 seams += 1;
-            } else if fine {
+            } else if level + 1 == LEVELS.len() {
                 break;
             } else {
                 // What presses little shows only when corners are hardly rounded.
-                fine = true;
+                (level, raised) = (level + 1, true);
             }
         }
         self.finish(surface, strip, plan, near, &mut done, watch);

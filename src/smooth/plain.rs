@@ -169,8 +169,14 @@ impl Engine {
             let off = line.nearest(surface.positions[vertex as usize], None);
             plan.envelope.is_none_or(|reach| off.is_some_and(|near| near.distance <= reach))
         };
-        let all = [0..strip.len()];
-        let mut rule = Rule { near: 0.0, wished: &|k| wished[k], allowed: &mut allowed, straight: true, windows: &all };
+        let all = 0..strip.len();
+        let mut rule = Rule {
+            near: 0.0,
+            wished: &|k| wished[k],
+            allowed: &mut allowed,
+            straight: true,
+            windows: std::slice::from_ref(&all),
+        };
         let count = flipper.flip(surface, metric, strip, layout, &mut rule).count;
         if count == 0 && plan.envelope.is_none() {
             flipper.release(surface, metric, strip, layout, &sweeper.clamped);

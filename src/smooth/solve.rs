@@ -19,7 +19,7 @@ const NEARLY: f64 = 0.3;
 /// Good enough before the next stage.
 const COARSE: f64 = 1e-2;
 /// Rounds in which crossings are held at their bounds.
-const BOUND_ROUNDS: usize = 16;
+const BOUND_ROUNDS: usize = 4;
 /// A crossing this near to its bound is at it.
 const AT_BOUND: f64 = 1e-9;
 /// Share of its stiffness that a tether has at least along the drawn line.
@@ -78,6 +78,9 @@ pub(crate) struct Task<'a> {
     pub(crate) most_steps: usize,
 }
 
+/// Sees the crossings after every step.
+pub(crate) type Watch<'a> = &'a mut dyn FnMut(&[f64]);
+
 /// Scratch memory of the solves.
 #[derive(Debug, Default)]
 pub(crate) struct Solver {
@@ -113,7 +116,7 @@ impl Solver {
         task: &mut Task<'_>,
         range: Range<usize>,
         at: &mut [f64],
-        watch: Option<&mut dyn FnMut(&[f64])>,
+        watch: Option<Watch<'_>>,
     ) -> (usize, f64) {
         if range.is_empty() {
             return (0, 0.0);

@@ -142,7 +142,7 @@ impl LineTree {
             let node = stack[height];
             let [a, b] = self.boxes[node];
             let gap = (a - high).max(low - b).max(DVec3::ZERO);
-            if !(gap.length_squared() <= reach * reach) {
+            if gap.length_squared() > reach * reach {
                 continue;
             }
             if node >= self.leaves {

@@ -54,8 +54,9 @@ fn about_the_hub(surface: &Surface, count: usize, backwards: bool, spin: u32) ->
 fn flip(surface: &Surface, strip: &mut Strip, straight: bool) -> usize {
     let (mut metric, mut layout) = (Metric::default(), Layout::default());
     layout.build(surface, &mut metric, strip);
-    let all = [0..strip.len()];
-    let mut rule = Rule { near: 1.0, wished: &|_| 0.0, allowed: &mut |_| true, straight, windows: &all };
+    let all = 0..strip.len();
+    let mut rule =
+        Rule { near: 1.0, wished: &|_| 0.0, allowed: &mut |_| true, straight, windows: std::slice::from_ref(&all) };
     Flipper::default().flip(surface, &mut metric, strip, &layout, &mut rule).count
 }
 
@@ -110,8 +111,14 @@ fn fixed_crossings_and_vertices_that_are_not_allowed_are_not_passed() {
     let mut strip = about_the_hub(&surface, 6, false, 0);
     let (mut metric, mut layout) = (Metric::default(), Layout::default());
     layout.build(&surface, &mut metric, &strip);
-    let all = [0..strip.len()];
-    let mut rule = Rule { near: 1.0, wished: &|_| 0.0, allowed: &mut |_| false, straight: false, windows: &all };
+    let all = 0..strip.len();
+    let mut rule = Rule {
+        near: 1.0,
+        wished: &|_| 0.0,
+        allowed: &mut |_| false,
+        straight: false,
+        windows: std::slice::from_ref(&all),
+    };
     assert_eq!(Flipper::default().flip(&surface, &mut metric, &mut strip, &layout, &mut rule).count, 0);
 }
 
@@ -122,12 +129,18 @@ fn a_line_that_is_to_turn_leads_around() {
     let strip = about_the_hub(&surface, 5, false, 0);
     let (mut metric, mut layout) = (Metric::default(), Layout::default());
     layout.build(&surface, &mut metric, &strip);
-    let all = [0..strip.len()];
+    let all = 0..strip.len();
     for (wish, count) in [(0.0, 1), (0.3, 0), (-0.3, 1)] {
         let mut strip = strip.clone();
         let left = strip.run_at(&surface, 0, true).last == 4;
         let wished = |_: usize| if left { wish } else { -wish };
-        let mut rule = Rule { near: 1.0, wished: &wished, allowed: &mut |_| true, straight: false, windows: &all };
+        let mut rule = Rule {
+            near: 1.0,
+            wished: &wished,
+            allowed: &mut |_| true,
+            straight: false,
+            windows: std::slice::from_ref(&all),
+        };
         let flipped = Flipper::default().flip(&surface, &mut metric, &mut strip, &layout, &mut rule);
         assert_eq!(flipped.count, count, "{wish}");
     }
