@@ -7,6 +7,7 @@ use super::input::{Modifiers, ToolKeys};
 use super::selection::Selection;
 use crate::plugin::{ControlKind, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
 
+pub(crate) mod drawing;
 pub(crate) mod freehand;
 pub(crate) mod insert;
 pub(crate) mod join;
@@ -86,6 +87,8 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<freehand::FreehandSettings>()
         .register_type::<freehand::FreehandSettings>()
         .init_resource::<ToolKeys>()
+        .init_resource::<drawing::DrawingInHand>()
+        .add_message::<drawing::TakeDrawing>()
         .add_message::<transform::BeginTransform>()
         .add_systems(
             PreUpdate,
@@ -98,7 +101,15 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             Update,
             // A transform takes what the pointer does before all others.
-            (transform::transform, select::select, pen::draw, freehand::draw, insert::insert, join::click)
+            (
+                transform::transform,
+                select::select,
+                pen::draw,
+                freehand::draw,
+                insert::insert,
+                join::click,
+                drawing::place,
+            )
                 .chain()
                 .in_set(ToolSystems),
         );
