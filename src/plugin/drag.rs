@@ -134,8 +134,7 @@ struct Scene<'w, 's> {
 fn drag_controls(
     mut commands: Commands,
     mut state: ResMut<DragState>,
-    settings: Res<DragSettings>,
-    keys: Option<Res<ButtonInput<KeyCode>>>,
+    (settings, keys): (Res<DragSettings>, Option<Res<ButtonInput<KeyCode>>>),
     mut inputs: MessageReader<PointerInput>,
     (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
     (scene, mut ways): (Scene, ResMut<Ways>),
