@@ -64,6 +64,13 @@ enum Then {
     Recover(autosave::Found),
 }
 
+impl Question {
+    /// Whether no answer may be taken for no: something would be lost.
+    pub fn decides_for_good(&self) -> bool {
+        matches!(self.then, Then::Recover(_))
+    }
+}
+
 impl DocumentFile {
     /// Where it was opened from or saved to.
     pub fn path(&self) -> Option<&Path> {

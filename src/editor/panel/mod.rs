@@ -11,6 +11,7 @@ use super::input::{FreeView, PanelInput, keyboard_is_free};
 use super::notices::Notices;
 use crate::plugin::SurfaceSplineSystems;
 
+pub(crate) mod files;
 pub(crate) mod help;
 pub(crate) mod history;
 pub(crate) mod marks;
@@ -68,7 +69,8 @@ pub(crate) fn plugin(app: &mut App) {
         .configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(SurfaceSplineSystems::Controls))
         .add_plugins(theme::plugin)
         .add_systems(PreUpdate, before_all)
-        .add_systems(Update, strike.run_if(keyboard_is_free))
+        .init_resource::<files::FileDialog>()
+        .add_systems(Update, (strike, files::strike).run_if(keyboard_is_free))
         .add_systems(EguiPrimaryContextPass, show);
 }
 
@@ -119,7 +121,7 @@ fn show(
     marks: Marks,
     tabs: Tabs,
     status: Status,
-    mut notices: ResMut<Notices>,
+    (mut notices, mut files): (ResMut<Notices>, files::Files),
     mut actions: MessageWriter<EditorAction>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -131,9 +133,10 @@ fn show(
     let below = egui::Rect::from_min_max(egui::pos2(left, window.top()), egui::pos2(right, window.bottom()));
     let bottom = status::show(ctx, below, &status);
     if !hidden {
-        show_panel(ctx, window, right, &mut layout, tabs, &mut actions);
+        show_panel(ctx, window, right, &mut layout, (tabs, &mut files), &mut actions);
     }
     notices::show(ctx, right, &mut notices);
+    files::show(ctx, &mut files);
     if layout.help {
         layout.help = help::show(ctx, &mut layout.search);
     }
@@ -147,7 +150,7 @@ fn show_panel(
     window: egui::Rect,
     left: f32,
     layout: &mut Layout,
-    (mut scene, properties, mut statistics, entries): Tabs,
+    ((mut scene, properties, mut statistics, entries), files): (Tabs, &mut files::Files),
     actions: &mut MessageWriter<EditorAction>,
 ) {
     // An area, not a panel: so egui knows when the pointer is on it.
@@ -159,7 +162,10 @@ fn show_panel(
             show_tabs(ui, layout);
             ui.separator();
             egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match layout.tab {
-                Tab::Scene => scene::show(ui, layout, &mut scene, actions),
+                Tab::Scene => {
+                    files::show_buttons(ui, files);
+                    scene::show(ui, layout, &mut scene, actions);
+                }
                 Tab::Properties => properties::show(ui, &properties, actions),
                 Tab::Statistics => statistics::show(ui, &mut statistics),
                 Tab::History => history::show(ui, &entries, actions),

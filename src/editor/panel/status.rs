@@ -6,9 +6,11 @@ use bevy::prelude::*;
 use bevy_egui::egui;
 
 use super::theme;
+use crate::editor::documents::DocumentFile;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::Tool;
+use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
 use crate::editor::tools::pen::PenStart;
 use crate::editor::tools::transform::{Active, TransformMode, Transforming};
@@ -24,6 +26,8 @@ pub(crate) struct Status<'w, 's> {
     pen: Res<'w, PenStart>,
     transforming: Res<'w, Transforming>,
     freehand: Res<'w, Freehand>,
+    files: Option<Res<'w, DocumentFile>>,
+    hand: Res<'w, DrawingInHand>,
     drag: Res<'w, DragState>,
     selection: Res<'w, Selection>,
     models: Query<'w, 's, (), With<Model>>,
@@ -39,6 +43,9 @@ impl Status<'_, '_> {
 
     /// What the tool expects next, and whether curves are on their way.
     fn text(&self) -> String {
+        if let Some(working) = self.files.as_ref().and_then(|files| files.working()) {
+            return working.into();
+        }
         let is_tracing = self.under_way.iter().any(|(state, pending)| pending || *state == SplineState::Tracing);
         let suffix = if is_tracing { " · tracing …" } else { "" };
         self.hint() + suffix
@@ -77,6 +84,10 @@ impl Status<'_, '_> {
             (Tool::Insert, _) => "Click on a curve to add an anchor there · V selects",
             (Tool::Join, Some(_)) => "Click on an anchor to change its join: corner, smooth, mirrored, automatic",
             (Tool::Join, None) => "Click on a curve to see its anchors",
+            (Tool::Drawing, _) if self.hand.is_busy() => "Reading and placing the drawing …",
+            (Tool::Drawing, _) if self.hand.name().is_some() => {
+                "Click places the drawing · wheel scales · Shift and wheel turn · V ends"
+            }
             (Tool::Drawing, _) => "Choose an SVG in the panel, or drop one on the window",
             (Tool::Select, Some(spline)) if spline.scheme().method.is_b_spline() => {
                 "Drag a control point of the B-spline over the surface · X deletes the selected one · ? shows all keys"

@@ -14,6 +14,7 @@ use bevy::prelude::*;
 use crate::editor::colors;
 use crate::editor::curves::Curve;
 use crate::editor::selection::Selection;
+use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
@@ -43,7 +44,10 @@ pub(crate) fn plugin(app: &mut App) {
         .insert_gizmo_config(LegLines, lines(1.0, ON_TOP))
         .insert_gizmo_config(FaintLines, faint_lines(2.0))
         .insert_gizmo_config(FaintLegLines, faint_lines(1.0))
-        .add_systems(PostUpdate, (draw_curves, draw_legs, draw_stroke).in_set(SurfaceSplineSystems::Draw));
+        .add_systems(
+            PostUpdate,
+            (draw_curves, draw_legs, draw_stroke, draw_drawing).in_set(SurfaceSplineSystems::Draw),
+        );
 }
 
 fn lines(width: f32, depth_bias: f32) -> GizmoConfig {
@@ -125,6 +129,15 @@ fn draw_stroke(mut wide: Gizmos<HoveredLines>, surfaces: SurfaceQueries, freehan
     for path in line.paths() {
         let positions = path.positions(view.surface());
         wide.linestrip(positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())), colors::ACCENT);
+    }
+}
+
+/// The drawing that is about to be placed.
+fn draw_drawing(mut plain: Gizmos<CurveLines>, surfaces: SurfaceQueries, hand: Res<DrawingInHand>) {
+    let Some((on, lines)) = hand.preview() else { return };
+    let Some(view) = surfaces.get(on) else { return };
+    for line in lines {
+        plain.linestrip(line.iter().map(|p| view.to_world().transform_point3(p.as_vec3())), colors::ACCENT);
     }
 }
 

@@ -1,5 +1,6 @@
 //! The editor's tools in a headless app, driven by mouse and keys.
 
+mod documents;
 mod gestures;
 mod tools;
 
