@@ -15,7 +15,7 @@ use super::shading::shaded_mesh;
 use crate::format::document::{Fingerprint, Frame, SurfaceReference};
 use crate::format::{MeshFormat, parse_mesh, read_mesh};
 use crate::plugin::{BuiltSurface, SplineSurface, SurfaceFailed, SurfaceReady};
-use crate::surface::{BuildProgress, Surface, SurfaceOptions, TriangleMesh, fingerprint};
+use crate::surface::{Surface, SurfaceOptions, TriangleMesh};
 
 const BUNDLED: &[u8] = include_bytes!("../../assets/pebble.obj");
 
@@ -143,15 +143,10 @@ fn read(open: &OpenModel) -> Result<Read, String> {
     };
     let mut triangles = triangles.map_err(|error| error.to_string())?;
     let (centre, unit) = sphere_around(&triangles);
-    let fingerprint = fingerprint_of(&triangles).ok_or("it was cancelled")?;
+    let fingerprint = Fingerprint(triangles.fingerprint());
     let model = Model { name, bundled: path.is_none(), path, fingerprint, centre, unit };
     triangles.positions.iter_mut().for_each(|p| *p = model.of_file(*p));
     Ok(Read { model, mesh: shaded_mesh(&triangles), document })
-}
-
-/// By what a document knows a mesh.
-fn fingerprint_of(triangles: &TriangleMesh) -> Option<Fingerprint> {
-    fingerprint::of(triangles, &BuildProgress::default()).ok().map(Fingerprint)
 }
 
 /// By what a document knows the model that comes with the editor.

@@ -338,6 +338,7 @@ fn freehand_lines_become_splines() {
     }
     // A larger tolerance makes it simpler, as long as nothing else was clicked.
     let before = spline.anchors().len();
+    println!("{before} anchors");
     studio.app.world_mut().resource_mut::<bevy_surface_splines::editor::FreehandSettings>().tolerance = 0.3;
     let fewer = |world: &mut World| {
         let spline = world.query::<&SurfaceSpline>().single(world).expect("a spline");
