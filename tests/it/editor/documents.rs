@@ -155,6 +155,7 @@ fn what_cannot_be_opened_changes_nothing() {
     ask(&mut studio, FileRequest::SaveAs(path.clone()));
     let before = studio.document();
     let good = std::fs::read_to_string(&path).expect("text");
+    println!("{good}");
     let half = folder.file("half.splines.ron", &good[..good.len() / 2]);
     let newer = folder.file("newer.splines.ron", &good.replacen("version: 1", "version: 99", 1));
     let forged = folder.file("forged.splines.ron", &good.replacen("[(", "[(9", 1));
