@@ -463,7 +463,9 @@ fn name_of(edit: &SplineEdit, curve: Option<&str>) -> String {
         SplineEdit::MoveAnchor { anchor, .. } | SplineEdit::DragAnchor { anchor, .. } => {
             format!("Move anchor {}", anchor + 1)
         }
-        SplineEdit::MoveHandle { anchor, .. } | SplineEdit::DragHandle { anchor, .. } => {
+        SplineEdit::MoveHandle { anchor, .. }
+        | SplineEdit::FreeHandle { anchor, .. }
+        | SplineEdit::DragHandle { anchor, .. } => {
             format!("Move handle of anchor {}", anchor + 1)
         }
         SplineEdit::Append { .. } => "Add anchor".into(),

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 
 use super::input::{Modifiers, ToolKeys};
 use super::selection::Selection;
-use crate::plugin::{ControlKind, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
+use crate::plugin::{ControlKind, DragModifiers, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
 
 pub(crate) mod drawing;
 pub(crate) mod freehand;
@@ -17,6 +17,9 @@ pub(crate) mod select;
 pub(crate) mod transform;
 
 pub(crate) use pointer::{Moment, PointerEvent, Target, ToolPointer};
+
+/// With Ctrl a handle turns in steps of 15°.
+const SNAP: f64 = std::f64::consts::PI / 12.0;
 
 /// What the pointer is used for.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -123,12 +126,15 @@ fn leave_to_tools(
     pointer: Res<ToolPointer>,
     (tool, selection, transforming): (Res<Tool>, Res<Selection>, Res<transform::Transforming>),
     mut tool_keys: ResMut<ToolKeys>,
-    mut settings: ResMut<DragSettings>,
+    (mut settings, mut bound): (ResMut<DragSettings>, ResMut<DragModifiers>),
     mut picking: ResMut<SplinePickingSettings>,
 ) {
+    let Modifiers { control, shift, alt } = Modifiers::of(&keys);
+    let is_dragged = drag.dragged().is_some();
+    let snap = (is_dragged && control).then_some(SNAP);
+    bound.set_if_neq(DragModifiers { free: is_dragged && alt, snap, keep_direction: is_dragged && shift });
     tool_keys.set_if_neq(ToolKeys(transforming.0.is_some()));
     if *drag == DragState::Idle {
-        let alt = Modifiers::of(&keys).alt;
         let pressed = pointer.events.iter().find_map(|event| match event {
             PointerEvent::Press { at, .. } => Some(at),
             _ => None,

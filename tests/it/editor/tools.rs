@@ -398,3 +398,51 @@ fn nothing_to_do_is_said() {
         assert_eq!(notices.len(), before + 1, "{key:?} says why nothing happens");
     }
 }
+
+#[test]
+fn keys_bind_the_handle_that_is_dragged() {
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, 0.0), at(0.0, -80.0), at(150.0, 0.0)]);
+    let (entity, _) = studio.splines()[0].clone();
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    studio.click(at(0.0, -80.0));
+    studio.act(EditorAction::SetJoin(Join::Smooth));
+    studio.settle();
+    let before = studio.document();
+    let anchor = at(0.0, -80.0);
+    let handle = |studio: &mut Studio, side| {
+        let point = studio.spline().anchors()[1].handle(side).point();
+        studio.pixel(point)
+    };
+    let from = handle(&mut studio, HandleSide::Outgoing);
+    let partner = handle(&mut studio, HandleSide::Incoming);
+    let drag_with = |studio: &mut Studio, key: KeyCode, to: Vec2| {
+        studio.hand.move_to(&mut studio.app, from);
+        studio.hand.press(&mut studio.app, MouseButton::Left);
+        studio.hand.move_to(&mut studio.app, from + Vec2::new(0.0, 6.0));
+        studio.hand.hold(&mut studio.app, key);
+        studio.hand.move_to(&mut studio.app, to);
+        studio.hand.release(&mut studio.app, MouseButton::Left);
+        studio.hand.let_go(&mut studio.app, key);
+        studio.settle();
+    };
+    let to = from + Vec2::new(20.0, 45.0);
+    drag_with(&mut studio, KeyCode::AltLeft, to);
+    assert!(handle(&mut studio, HandleSide::Outgoing).distance(to) < 0.5);
+    assert!(handle(&mut studio, HandleSide::Incoming).distance(partner) < 0.5, "Alt leaves the partner alone");
+    assert_eq!(studio.spline().anchors()[1].join(), Join::Corner);
+    studio.undo();
+    assert_eq!(studio.document(), before);
+    drag_with(&mut studio, KeyCode::ControlLeft, to);
+    let now = handle(&mut studio, HandleSide::Outgoing);
+    let turn = (from - anchor).angle_to(now - anchor).to_degrees();
+    assert!(turn.abs() > 10.0 && (turn / 15.0 - (turn / 15.0).round()).abs() < 0.02, "Ctrl turns by {turn}");
+    assert!(((now - anchor).length() / (to - anchor).length() - 1.0).abs() < 0.01);
+    studio.undo();
+    drag_with(&mut studio, KeyCode::ShiftLeft, to);
+    let now = handle(&mut studio, HandleSide::Outgoing);
+    assert!((from - anchor).angle_to(now - anchor).abs() < 0.01, "Shift keeps the direction");
+    studio.undo();
+    assert_eq!(studio.document(), before);
+}
