@@ -39,8 +39,8 @@ pub enum FileRequest {
 pub struct DocumentFile {
     path: Option<PathBuf>,
     question: Option<Question>,
-    /// Whether a place to save to is asked for.
-    wants_place: bool,
+    /// How often a place to save to was asked for.
+    places_wanted: u32,
     working: Option<&'static str>,
 }
 
@@ -87,9 +87,9 @@ impl DocumentFile {
         self.working
     }
 
-    /// Whether a place to save to is asked for; asked once.
-    pub fn take_wants_place(&mut self) -> bool {
-        std::mem::take(&mut self.wants_place)
+    /// How often a place to save to was asked for: whoever sees the count grow should ask the user.
+    pub fn places_wanted(&self) -> u32 {
+        self.places_wanted
     }
 }
 
@@ -174,7 +174,7 @@ fn take_requests(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
             FileRequest::Open(path) => desk.open(path),
             FileRequest::Save => match desk.files.path.clone() {
                 Some(path) => desk.save(path),
-                None => desk.files.wants_place = true,
+                None => desk.files.places_wanted += 1,
             },
             FileRequest::SaveAs(path) => desk.save(with_extension(path)),
             FileRequest::Export(path) => desk.export(path),

@@ -73,6 +73,8 @@ pub(crate) struct FileDialog {
     purpose: Option<Purpose>,
     path: String,
     is_new: bool,
+    /// How often a place to save to was wanted when this was asked last.
+    places_wanted: u32,
     browsing: Option<Task<Option<PathBuf>>>,
 }
 
@@ -90,7 +92,7 @@ impl FileDialog {
 #[derive(SystemParam)]
 pub(crate) struct Files<'w> {
     pub(crate) dialog: ResMut<'w, FileDialog>,
-    document: Option<ResMut<'w, DocumentFile>>,
+    document: Option<Res<'w, DocumentFile>>,
     recent: Option<Res<'w, RecentDocuments>>,
     requests: Option<MessageWriter<'w, FileRequest>>,
     history: Res<'w, History>,
@@ -134,7 +136,9 @@ pub(crate) fn show_buttons(ui: &mut egui::Ui, files: &mut Files) {
 
 /// Shows the dialog or the question that is open.
 pub(crate) fn show(ctx: &egui::Context, files: &mut Files) {
-    if files.document.as_mut().is_some_and(|document| document.question().is_none() && document.take_wants_place()) {
+    let wanted = files.document.as_ref().map_or(0, |document| document.places_wanted());
+    if wanted != files.dialog.places_wanted {
+        files.dialog.places_wanted = wanted;
         files.dialog.ask(Purpose::SaveAs);
     }
     show_question(ctx, files);

@@ -9,6 +9,7 @@ use bevy_egui::{EguiContexts, EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, Eg
 use super::actions::EditorAction;
 use super::input::{FreeView, PanelInput, keyboard_is_free};
 use super::notices::Notices;
+use super::tools::pointer::read_pointer;
 use crate::plugin::SurfaceSplineSystems;
 
 pub(crate) mod files;
@@ -64,11 +65,11 @@ impl Tab {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    let before_all = (take_tab, keep_input).after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass);
+    let before_all = take_tab.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass);
     app.init_resource::<Layout>()
         .configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(SurfaceSplineSystems::Controls))
         .add_plugins(theme::plugin)
-        .add_systems(PreUpdate, before_all)
+        .add_systems(PreUpdate, (before_all, keep_input.before(read_pointer)))
         .init_resource::<files::FileDialog>()
         .add_systems(Update, (strike, files::strike).run_if(keyboard_is_free))
         .add_systems(EguiPrimaryContextPass, show);

@@ -1,39 +1,33 @@
-//! Curves, and the legs of handles and of control polygons, as lines on the model; what is behind the model shines through
-//! faintly, and so does a curve that is being traced. Where a curve is torn, its line is.
+//! The legs of handles and of control polygons, lines that are being drawn by hand, and drawings that are being placed; what is
+//! behind the model shines through faintly.
 //!
 //! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
 
 use crate::curve::HandleSide;
 use crate::geodesic::GeodesicPath;
 use crate::prelude::*;
-use bevy::ecs::query::QueryData;
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::PointerId;
 use bevy::prelude::*;
 
 use crate::editor::colors;
-use crate::editor::curves::Curve;
-use crate::editor::selection::Selection;
 use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
-const ON_TOP: f32 = -0.0007;
+pub(super) const ON_TOP: f32 = -0.0007;
 /// At -1 rounding clips pieces of lines at the near plane.
-const IN_FRONT_OF_ALL: f32 = -0.9;
+pub(super) const IN_FRONT_OF_ALL: f32 = -0.9;
 
-/// Curves, 2 px.
+/// Drawings that are being placed, 2 px.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct CurveLines;
-/// The curve under the pointer, 3 px.
+/// Lines that are being drawn, 3 px.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct HoveredLines;
 /// Legs, 1 px.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct LegLines;
-/// Curves behind the model.
-#[derive(Default, Reflect, GizmoConfigGroup)]
-struct FaintLines;
 /// Legs behind the model.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct FaintLegLines;
@@ -42,12 +36,8 @@ pub(crate) fn plugin(app: &mut App) {
     app.insert_gizmo_config(CurveLines, lines(2.0, ON_TOP))
         .insert_gizmo_config(HoveredLines, lines(3.0, ON_TOP))
         .insert_gizmo_config(LegLines, lines(1.0, ON_TOP))
-        .insert_gizmo_config(FaintLines, faint_lines(2.0))
         .insert_gizmo_config(FaintLegLines, faint_lines(1.0))
-        .add_systems(
-            PostUpdate,
-            (draw_curves, draw_legs, draw_stroke, draw_drawing).in_set(SurfaceSplineSystems::Draw),
-        );
+        .add_systems(PostUpdate, (draw_legs, draw_stroke, draw_drawing).in_set(SurfaceSplineSystems::Draw));
 }
 
 fn lines(width: f32, depth_bias: f32) -> GizmoConfig {
@@ -60,47 +50,6 @@ fn faint_lines(width: f32) -> GizmoConfig {
     let mut config = lines(width, IN_FRONT_OF_ALL);
     config.line.joints = GizmoLineJoint::None;
     config
-}
-
-/// What is shown of a curve: while it is traced in the background, the preview.
-#[derive(QueryData)]
-struct Shown {
-    trace: Option<&'static SplineTrace>,
-    preview: Option<&'static TracePreview>,
-}
-
-impl ShownItem<'_, '_> {
-    fn pieces(&self) -> Vec<&[Vec3]> {
-        match (self.preview, self.trace) {
-            (Some(preview), _) => preview.pieces().collect(),
-            (None, Some(trace)) => trace.pieces().collect(),
-            (None, None) => Vec::new(),
-        }
-    }
-}
-
-fn draw_curves(
-    (mut plain, mut wide, mut faint): (Gizmos<CurveLines>, Gizmos<HoveredLines>, Gizmos<FaintLines>),
-    surfaces: SurfaceQueries,
-    curves: Query<(Entity, Shown, &OnSurface, Option<&Curve>)>,
-    selection: Res<Selection>,
-    hover: Res<HoverMap>,
-) {
-    for (entity, shown, on, curve) in &curves {
-        let Some(view) = surfaces.get(on.0).filter(|_| curve.is_none_or(|curve| !curve.hidden)) else { continue };
-        let own = curve.map_or(colors::CURVES[0], |curve| curve.color);
-        let color = if selection.has_spline(entity) { colors::ACCENT } else { own };
-        let color = color.with_alpha(if shown.preview.is_some() { colors::PREVIEW } else { 1.0 });
-        for piece in shown.pieces() {
-            let line: Vec<Vec3> = piece.iter().map(|p| view.to_world().transform_point3(*p)).collect();
-            faint.linestrip(line.iter().copied(), color.with_alpha(colors::BEHIND * color.alpha()));
-            if is_hovered(&hover, entity) {
-                wide.linestrip(line, colors::hovered(color));
-            } else {
-                plain.linestrip(line, color);
-            }
-        }
-    }
 }
 
 fn draw_legs(

@@ -1,4 +1,5 @@
 //! What the viewport shows: curves and legs as lines, and the stage around the model.
 
 pub(crate) mod draw;
+pub(crate) mod lines;
 pub(crate) mod stage;

@@ -2,6 +2,8 @@
 
 mod documents;
 mod gestures;
+#[cfg(feature = "editor")]
+mod panel;
 mod tools;
 
 use bevy::prelude::*;
