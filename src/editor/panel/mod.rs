@@ -12,6 +12,7 @@ use super::notices::Notices;
 use super::tools::pointer::read_pointer;
 use crate::plugin::SurfaceSplineSystems;
 
+pub(crate) mod curvature;
 pub(crate) mod files;
 pub(crate) mod help;
 pub(crate) mod history;
@@ -71,6 +72,7 @@ pub(crate) fn plugin(app: &mut App) {
         .add_plugins(theme::plugin)
         .add_systems(PreUpdate, (before_all, keep_input.before(read_pointer)))
         .init_resource::<files::FileDialog>()
+        .init_resource::<curvature::CurvaturePlot>()
         .add_systems(Update, (strike, files::strike).run_if(keyboard_is_free))
         .add_systems(EguiPrimaryContextPass, show);
 }

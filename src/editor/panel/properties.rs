@@ -1,6 +1,8 @@
 //! The panel's section about what is selected.
 
+use crate::curve::Anchor;
 use crate::prelude::*;
+use crate::surface::Surface;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
@@ -61,9 +63,10 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
             }
         }
     });
+    show_buttons(ui, spline.is_closed(), anchor.is_some(), actions);
     let model = properties.models.get(on.0);
     if let (Some((_, anchor)), Ok((model, surface))) = (anchor, model) {
-        show_position(ui, model.in_file(surface.position(&anchor.point())));
+        show_position(ui, model, surface, anchor, actions);
     }
 }
 
@@ -80,13 +83,58 @@ fn show_jumps(ui: &mut egui::Ui, jumps: JumpPolicy, actions: &mut MessageWriter<
     ui.end_row();
 }
 
-fn show_position(ui: &mut egui::Ui, position: DVec3) {
-    let values = position.to_array().map(|value| significant(value, 4));
-    let text = egui::RichText::new(values.join(" ")).monospace();
-    ui.horizontal(|ui| {
-        ui.label("Position");
-        ui.add(egui::Label::new(text).truncate()).on_hover_text("x, y and z in the model's own units");
+/// What can be done with the selection, with the keys that do it.
+fn show_buttons(ui: &mut egui::Ui, closed: bool, anchor: bool, actions: &mut MessageWriter<EditorAction>) {
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        let toggle = if closed { "Open" } else { "Close" };
+        let buttons = [
+            (toggle, "O", true, EditorAction::ToggleClosed),
+            ("Reverse", "Shift+R", true, EditorAction::Reverse),
+            ("Duplicate", "Ctrl+D", true, EditorAction::Duplicate),
+            ("Split", "K, at the active anchor", anchor, EditorAction::Split),
+            ("Straighten", "L, the segment behind the active anchor", anchor, EditorAction::Straighten),
+            ("Join", "J, the last two selected curves", true, EditorAction::JoinSplines),
+            ("Delete", "X", true, EditorAction::Delete),
+        ];
+        for (name, key, enabled, action) in buttons {
+            if ui.add_enabled(enabled, egui::Button::new(name)).on_hover_text(key).clicked() {
+                actions.write(action);
+            }
+        }
     });
+}
+
+/// The anchor's position, which may be typed: the nearest surface point is taken.
+fn show_position(
+    ui: &mut egui::Ui,
+    model: &Model,
+    surface: &Surface,
+    anchor: &Anchor,
+    actions: &mut MessageWriter<EditorAction>,
+) {
+    let position = model.in_file(surface.position(&anchor.point()));
+    let mut typed = position.to_array();
+    let speed = 0.002 * model.unit;
+    ui.add_space(4.0);
+    ui.label("Position").on_hover_text("In the model's own units; the nearest place on the surface is taken");
+    let mut moved = false;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(&mut typed) {
+            let field = egui::DragValue::new(value).speed(speed).update_while_editing(false);
+            let field = field.custom_formatter(|value, _| significant(value, 4)).prefix(format!("{axis} "));
+            let response = ui.add(field.max_decimals(9));
+            moved |= response.changed();
+        }
+    });
+    let wanted = model.of_file(DVec3::from_array(typed));
+    if !moved || !wanted.is_finite() {
+        return;
+    }
+    if let Some(nearest) = surface.closest_point(wanted) {
+        actions.write(EditorAction::MoveAnchorTo(nearest.point));
+    }
 }
 
 fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<EditorAction>) {
