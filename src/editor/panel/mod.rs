@@ -179,7 +179,8 @@ fn show_panel(
 
 fn show_tabs(ui: &mut egui::Ui, layout: &mut Layout) {
     ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().item_spacing.x = 1.0;
+        ui.spacing_mut().button_padding.x = 5.0;
         for (tab, name) in Tab::ALL {
             let label = ui.selectable_label(layout.tab == tab, name);
             if layout.tab == tab && std::mem::take(&mut layout.focus_panel) {

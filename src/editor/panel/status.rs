@@ -117,7 +117,7 @@ fn transform_hint(active: &Active) -> String {
         TransformMode::Scale => "Scaling by",
     };
     let unit = if active.mode == TransformMode::Turn { "°" } else { "" };
-    let typed = if active.typed.is_empty() { significant(active.amount, 4) } else { format!("{}▏", active.typed) };
+    let typed = if active.typed.is_empty() { significant(active.amount, 4) } else { format!("{}|", active.typed) };
     format!(
         "{what} {typed}{unit} · type a number · Shift finer, Ctrl in steps · click or Enter keeps, Escape takes back"
     )

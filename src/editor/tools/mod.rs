@@ -83,6 +83,7 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<ToolPointer>()
         .init_resource::<TakesWheel>()
         .init_resource::<pen::PenStart>()
+        .init_resource::<pen::PenPull>()
         .init_resource::<select::BoxSelection>()
         .init_resource::<insert::InsertPreview>()
         .init_resource::<transform::Transforming>()

@@ -13,6 +13,7 @@ use bevy::prelude::*;
 use crate::editor::colors;
 use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
+use crate::editor::tools::pen::PenPull;
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
 pub(super) const ON_TOP: f32 = -0.0007;
@@ -55,12 +56,15 @@ fn faint_lines(width: f32) -> GizmoConfig {
 fn draw_legs(
     (mut plain, mut faint): (Gizmos<LegLines>, Gizmos<FaintLegLines>),
     surfaces: SurfaceQueries,
-    splines: Query<(&SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
+    splines: Query<(Entity, &SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
+    pull: Res<PenPull>,
 ) {
     let color = colors::ACCENT.mix(&Color::WHITE, 0.55);
-    for (spline, on, polygon) in &splines {
+    for (entity, spline, on, polygon) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
-        let handles = ControlKind::all(spline).into_iter().filter_map(|kind| shown_leg(spline, kind));
+        let pulled = pull.0.filter(|(of, _)| *of == entity);
+        let pulled = pulled.map(|(_, anchor)| ControlKind::Handle(anchor, HandleSide::Outgoing));
+        let handles = ControlKind::all(spline).into_iter().chain(pulled).filter_map(|kind| shown_leg(spline, kind));
         let handles = handles.map(|leg| leg.positions(view.surface()).iter().map(|p| p.as_vec3()).collect());
         let polygon = polygon.into_iter().flat_map(|polygon| polygon.legs()).map(<[Vec3]>::to_vec);
         for local in handles.chain(polygon) {

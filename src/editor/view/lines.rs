@@ -25,6 +25,11 @@ struct LineOf(Entity);
 #[relationship_target(relationship = LineOf, linked_spawn)]
 struct CurveLines(Vec<Entity>);
 
+/// Marks lines that shine through the model. Lines hide what is drawn behind them later, so these must come last, and the renderer
+/// draws entities in the order of their archetypes: those with this component come after those without.
+#[derive(Component)]
+struct ShinesThrough;
+
 /// How the lines of a curve look at present.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 struct Look {
@@ -88,7 +93,7 @@ fn draw_curves(
             (None, Some(trace)) => trace.pieces().collect(),
             (None, None) => continue,
         };
-        let lines = [(ON_TOP, 1.0), (IN_FRONT_OF_ALL, colors::BEHIND)].map(|(depth_bias, opacity)| {
+        let mut line = |depth_bias: f32, opacity: f32| {
             let mut asset = GizmoAsset::new();
             let color = look.color.with_alpha(opacity * look.color.alpha());
             pieces.iter().for_each(|piece| asset.linestrip(piece.iter().copied(), color));
@@ -97,10 +102,12 @@ fn draw_curves(
             let style = if look.dashed { dashes() } else { GizmoLineStyle::Solid };
             let line_config = GizmoLineConfig { width: look.width, joints, style, ..default() };
             (Gizmo { handle: gizmos.add(asset), line_config, depth_bias }, LineOf(entity), ChildOf(look.on))
-        });
+        };
+        let (near, through) = (line(ON_TOP, 1.0), line(IN_FRONT_OF_ALL, colors::BEHIND));
         // The old ones go first: commands are carried out in order.
         commands.entity(entity).despawn_related::<CurveLines>().try_insert(look);
-        commands.spawn_batch(lines);
+        commands.spawn(near);
+        commands.spawn((through, ShinesThrough));
     }
 }
 
