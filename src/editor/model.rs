@@ -95,9 +95,21 @@ pub struct ModelRefused {
 
 /// The model that is being read.
 #[derive(Resource, Default)]
-struct Reading(Option<Task<Result<Read, String>>>);
+pub(crate) struct Reading(Option<Task<Result<Read, String>>>);
 
-struct Read {
+impl Reading {
+    /// Whether a model is being read.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Stops reading.
+    pub(crate) fn cancel(&mut self) {
+        self.0 = None;
+    }
+}
+
+pub(crate) struct Read {
     model: Model,
     mesh: Mesh,
     document: Option<Arc<Opened>>,

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
 
-use super::model::OpenModel;
+use super::model::{Candidate, OpenModel, Reading};
+use super::tools::drawing::DrawingInHand;
 use crate::format::document::Recent;
 
 mod autosave;
@@ -30,6 +31,8 @@ pub enum FileRequest {
     SaveAs(PathBuf),
     /// Writes all traces as OBJ, CSV or GLB lines, or as a drawing (`.svg`), told apart by how the name ends.
     Export(PathBuf),
+    /// Stops what is done in the background: nothing comes of it. A file that is being written is whole or as it was.
+    Cancel,
     /// Answers the question that is open: goes on, or leaves everything as it is.
     Answer(bool),
 }
@@ -159,6 +162,10 @@ pub(crate) fn plugin(app: &mut App) {
 /// What requests need.
 #[derive(bevy::ecs::system::SystemParam)]
 struct Desk<'w, 's> {
+    commands: Commands<'w, 's>,
+    restoring: Query<'w, 's, (Entity, Has<Candidate>), Or<(With<Restoring>, With<Candidate>)>>,
+    hand: ResMut<'w, DrawingInHand>,
+    reading: ResMut<'w, Reading>,
     files: ResMut<'w, DocumentFile>,
     tasks: ResMut<'w, FileTasks>,
     scene: save::Scene<'w, 's>,
@@ -178,6 +185,7 @@ fn take_requests(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
             },
             FileRequest::SaveAs(path) => desk.save(with_extension(path)),
             FileRequest::Export(path) => desk.export(path),
+            FileRequest::Cancel => desk.cancel(),
             FileRequest::Answer(yes) => desk.answer(*yes),
         }
     }
@@ -240,6 +248,21 @@ impl Desk<'_, '_> {
         }
     }
 
+    fn cancel(&mut self) {
+        *self.tasks = FileTasks::default();
+        self.hand.cancel();
+        // Without a model there is nothing to stay with.
+        if !self.scene.models.is_empty() {
+            self.reading.cancel();
+        }
+        for (entity, is_candidate) in &self.restoring {
+            self.commands.entity(entity).remove::<Restoring>();
+            if is_candidate && !self.scene.models.is_empty() {
+                self.commands.entity(entity).despawn();
+            }
+        }
+    }
+
     fn save(&mut self, path: PathBuf) {
         if self.tasks.saving.is_some() {
             self.notices.warn("The document is being saved: wait until it is done.");
@@ -262,11 +285,21 @@ impl Desk<'_, '_> {
     }
 }
 
-fn tell_work(mut files: ResMut<DocumentFile>, tasks: Res<FileTasks>, restoring: Query<(), With<Restoring>>) {
+fn tell_work(
+    mut files: ResMut<DocumentFile>,
+    (tasks, hand, model): (Res<FileTasks>, Res<DrawingInHand>, Res<Reading>),
+    (restoring, candidates): (Query<(), With<Restoring>>, Query<(), With<Candidate>>),
+) {
     let working = if tasks.reading.is_some() {
         Some("Reading the document …")
     } else if !restoring.is_empty() {
         Some("Restoring the curves …")
+    } else if model.is_busy() {
+        Some("Reading the model …")
+    } else if !candidates.is_empty() {
+        Some("Building the surface …")
+    } else if hand.is_busy() {
+        Some("Reading and placing the drawing …")
     } else if tasks.saving.is_some() {
         Some("Saving …")
     } else if tasks.exporting.is_some() {

@@ -94,7 +94,7 @@ pub(crate) struct Files<'w> {
     pub(crate) dialog: ResMut<'w, FileDialog>,
     document: Option<Res<'w, DocumentFile>>,
     recent: Option<Res<'w, RecentDocuments>>,
-    requests: Option<MessageWriter<'w, FileRequest>>,
+    pub(crate) requests: Option<MessageWriter<'w, FileRequest>>,
     history: Res<'w, History>,
 }
 

@@ -134,7 +134,7 @@ fn show(
     let left = if hidden { window.left() } else { strip::show(ctx, window, &status, &mut actions) };
     let right = if hidden { window.right() } else { window.right() - WIDTH.min(0.5 * window.width()) };
     let below = egui::Rect::from_min_max(egui::pos2(left, window.top()), egui::pos2(right, window.bottom()));
-    let bottom = status::show(ctx, below, &status);
+    let bottom = status::show(ctx, below, &status, files.requests.as_mut());
     if !hidden {
         show_panel(ctx, window, right, &mut layout, (tabs, &mut files), &mut actions);
     }

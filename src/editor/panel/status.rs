@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use bevy_egui::egui;
 
 use super::theme;
-use crate::editor::documents::DocumentFile;
+use crate::editor::documents::{DocumentFile, FileRequest};
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::Tool;
@@ -37,14 +37,23 @@ pub(crate) struct Status<'w, 's> {
 }
 
 impl Status<'_, '_> {
+    /// What is done in the background with files, and can be stopped.
+    fn working(&self) -> Option<&'static str> {
+        self.files.as_ref()?.working()
+    }
+
     pub(crate) fn tool(&self) -> Tool {
         *self.tool
     }
 
     /// What the tool expects next, and whether curves are on their way.
     fn text(&self) -> String {
-        if let Some(working) = self.files.as_ref().and_then(|files| files.working()) {
-            return working.into();
+        let building = self.surfaces.iter().find_map(|state| match state {
+            SurfaceState::Pending { progress } => Some(*progress),
+            _ => None,
+        });
+        if let Some(working) = self.working() {
+            return building.map_or(working.into(), |share| format!("{working} {:.0} %", 100.0 * share));
         }
         let is_tracing = self.under_way.iter().any(|(state, pending)| pending || *state == SplineState::Tracing);
         let suffix = if is_tracing { " · tracing …" } else { "" };
@@ -124,13 +133,26 @@ fn transform_hint(active: &Active) -> String {
 }
 
 /// Shows the line at the bottom of a part of the window; gives its upper edge.
-pub(crate) fn show(ctx: &egui::Context, part: egui::Rect, status: &Status) -> f32 {
+pub(crate) fn show(
+    ctx: &egui::Context,
+    part: egui::Rect,
+    status: &Status,
+    requests: Option<&mut MessageWriter<FileRequest>>,
+) -> f32 {
     let top = part.bottom() - HEIGHT;
     egui::Area::new("status".into()).fixed_pos(egui::pos2(part.left(), top)).show(ctx, |ui| {
         theme::panel().inner_margin(egui::Margin::symmetric(14, 0)).show(ui, |ui| {
             ui.set_min_size(egui::vec2(part.width() - 30.0, HEIGHT - 2.0));
             ui.set_max_size(egui::vec2(part.width() - 30.0, HEIGHT - 2.0));
-            ui.horizontal_centered(|ui| ui.add(egui::Label::new(status.text()).truncate()));
+            ui.horizontal_centered(|ui| {
+                if let Some(requests) = requests.filter(|_| status.working().is_some()) {
+                    ui.spinner();
+                    if ui.small_button("Cancel").clicked() {
+                        requests.write(FileRequest::Cancel);
+                    }
+                }
+                ui.add(egui::Label::new(status.text()).truncate())
+            });
         });
     });
     top

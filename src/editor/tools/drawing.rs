@@ -16,6 +16,7 @@ use crate::editor::history::History;
 use crate::editor::input::{Modifiers, PanelInput};
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
+use crate::geodesic::PathFinder;
 use crate::placement::{DrawingOutline, PlaceOptions, PlacedDrawing, Placement, PlacementPreview, place_drawing};
 use crate::plugin::BuiltSurface;
 use crate::surface::{Surface, SurfacePoint};
@@ -43,6 +44,8 @@ pub struct DrawingInHand {
     scale: f64,
     turn: f64,
     placement: Option<(Entity, Placement)>,
+    /// Where it lay when it was pressed: a drag from there turns and scales it.
+    pull: Option<(Entity, Placement)>,
     preview: PlacementPreview,
     placing: Option<Placing>,
 }
@@ -69,6 +72,11 @@ impl DrawingInHand {
         self.taken.as_ref().map(|taken| taken.name.as_str())
     }
 
+    /// Stops what is being read or placed.
+    pub(crate) fn cancel(&mut self) {
+        (self.reading, self.placing) = (None, None);
+    }
+
     /// Whether a drawing is being read or placed.
     pub fn is_busy(&self) -> bool {
         self.reading.is_some() || self.placing.is_some()
@@ -85,6 +93,7 @@ impl DrawingInHand {
 #[derive(SystemParam)]
 pub(crate) struct Desk<'w, 's> {
     commands: Commands<'w, 's>,
+    finder: Local<'s, PathFinder>,
     hand: ResMut<'w, DrawingInHand>,
     tool: ResMut<'w, Tool>,
     takes_wheel: ResMut<'w, TakesWheel>,
@@ -113,7 +122,7 @@ pub(crate) fn place(
     desk.takes_wheel.set_if_neq(TakesWheel(takes_wheel));
     if !takes_wheel {
         if desk.hand.placement.is_some() {
-            desk.hand.placement = None;
+            (desk.hand.placement, desk.hand.pull) = (None, None);
         }
         return;
     }
@@ -129,12 +138,25 @@ pub(crate) fn place(
     }
     let hover = pointer.hover.and_then(|hover| Some((hover.camera, hover.surface?)));
     match hover {
+        _ if desk.hand.pull.is_some() => {}
         Some((camera, (on, at))) => desk.follow(camera, on, at),
         None => desk.hand.placement = None,
     }
-    let clicked = pointer.events.iter().any(|event| matches!(event, PointerEvent::Click { .. }));
-    if clicked {
-        desk.leave();
+    for event in &pointer.events {
+        match event {
+            PointerEvent::DragStart { from } => {
+                // From where it was pressed: the pointer has left the dead zone since.
+                if let Some((on, at)) = from.surface {
+                    desk.follow(from.camera, on, at);
+                }
+                desk.hand.pull = desk.hand.placement;
+            }
+            PointerEvent::Drag { to, .. } => desk.pull(to.surface),
+            PointerEvent::DragEnd { .. } if desk.hand.pull.take().is_some() => desk.leave(),
+            PointerEvent::Click { .. } => desk.leave(),
+            PointerEvent::Cancel => desk.hand.pull = None,
+            _ => {}
+        }
     }
 }
 
@@ -185,6 +207,19 @@ impl Desk<'_, '_> {
         if hand.placement != Some((on, placement)) {
             let shown = hand.preview.update(surface, &taken.outline, &placement);
             hand.placement = shown.is_ok().then_some((on, placement));
+        }
+    }
+
+    /// A drag from its middle turns and scales the drawing: the middle of its upper edge follows the pointer.
+    fn pull(&mut self, to: Option<(Entity, SurfacePoint)>) {
+        let (Some((on, from)), Some(taken)) = (self.hand.pull, self.hand.taken.clone()) else { return };
+        let Some((_, to)) = to.filter(|(under, _)| *under == on) else { return };
+        let Ok((surface, _)) = self.surfaces.get(on) else { return };
+        let pulled = from.pulled(surface, &mut self.finder, &to, 0.5 * taken.size);
+        let Ok(placement) = pulled else { return };
+        let hand = &mut *self.hand;
+        if hand.preview.update(surface, &taken.outline, &placement).is_ok() {
+            hand.placement = Some((on, placement));
         }
     }
 

@@ -64,7 +64,9 @@ impl Tool {
             Self::Freehand => "Drag draws; the line becomes a spline within the tolerance",
             Self::Insert => "Click on a curve adds an anchor there, and the curve stays",
             Self::Join => "Click on an anchor: corner, smooth, mirrored, automatic, in turn",
-            Self::Drawing => "Choose an SVG; wheel scales, Shift and wheel turn, a click places it",
+            Self::Drawing => {
+                "Choose an SVG; wheel scales, Shift and wheel turn, or drag from its middle; a click places it"
+            }
         }
     }
 }

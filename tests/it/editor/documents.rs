@@ -231,6 +231,31 @@ fn traces_and_drawings_are_exported() {
     assert_eq!(errors(&studio).len(), 2, "an unknown format is refused");
 }
 
+#[test]
+fn what_is_cancelled_changes_nothing() {
+    let folder = Folder::new("cancel");
+    let mesh = folder.file("sheet.obj", &sheet(2.0));
+    let mut studio = program(Some(mesh), AutosaveSettings::default());
+    studio.draw(&[CENTRE + Vec2::new(-100.0, 0.0), CENTRE]);
+    let path = folder.0.join("there.splines.ron");
+    ask(&mut studio, FileRequest::SaveAs(path.clone()));
+    let before = studio.document();
+    let other = folder.file("other.obj", &sheet(1.0));
+    for request in [FileRequest::Open(path), FileRequest::Open(other)] {
+        studio.app.world_mut().write_message(request);
+        studio.app.update();
+        ask(&mut studio, FileRequest::Cancel);
+        for _ in 0..50 {
+            studio.app.update();
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+    assert!(studio.app.world().resource::<DocumentFile>().working().is_none());
+    assert_eq!(errors(&studio), Vec::<String>::new());
+    assert!(studio.app.world().get::<Model>(studio.model).is_some_and(|model| model.name == "sheet.obj"));
+    assert_eq!(studio.document(), before);
+}
+
 fn take_drawing(studio: &mut Studio, path: &Path) {
     studio.app.world_mut().write_message(FileRequest::Open(path.to_owned()));
     assert!(update_until(&mut studio.app, |world| world.resource::<DrawingInHand>().name().is_some()));
@@ -268,6 +293,15 @@ fn a_drawing_follows_the_pointer_and_is_placed() {
     assert!(studio.document().is_empty(), "one entry");
     studio.redo();
     assert_eq!(studio.document(), document);
+    // A drag from its middle turns and scales it: the middle of its upper edge follows the pointer.
+    let right = CENTRE + Vec2::X * 90.0;
+    studio.drag(&[CENTRE, CENTRE + Vec2::X * 30.0, right]);
+    assert!(update_until(&mut studio.app, |world| world.query::<&SplineTrace>().iter(world).count() == 4));
+    studio.settle();
+    let dot = studio.document().swap_remove(3).1;
+    let centre = studio.pixel(dot.anchors()[0].point()).midpoint(studio.pixel(dot.anchors()[2].point()));
+    assert!(centre.distance(CENTRE) < 1.5, "its middle stays: {centre}");
+    studio.undo();
     // What is no drawing is said.
     let empty = folder.file("empty.svg", "<svg xmlns='http://www.w3.org/2000/svg'/>");
     studio.app.world_mut().write_message(FileRequest::Open(empty));
