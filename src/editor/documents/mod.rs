@@ -159,11 +159,14 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(Startup, autosave::look_for_untitled);
 }
 
+/// Models on which a document is restored, or that are to take the place of the one before.
+type UnderWay = Or<(With<Restoring>, With<Candidate>)>;
+
 /// What requests need.
 #[derive(bevy::ecs::system::SystemParam)]
 struct Desk<'w, 's> {
     commands: Commands<'w, 's>,
-    restoring: Query<'w, 's, (Entity, Has<Candidate>), Or<(With<Restoring>, With<Candidate>)>>,
+    restoring: Query<'w, 's, (Entity, Has<Candidate>), UnderWay>,
     hand: ResMut<'w, DrawingInHand>,
     reading: ResMut<'w, Reading>,
     files: ResMut<'w, DocumentFile>,
