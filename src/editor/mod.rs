@@ -107,7 +107,7 @@ impl Plugin for SurfaceSplineEditorPlugin {
         if !app.is_plugin_added::<EditorToolsPlugin>() {
             app.add_plugins(EditorToolsPlugin);
         }
-        app.add_plugins((panel::plugin, view::draw::plugin, view::lines::plugin));
+        app.add_plugins((panel::plugin, view::draw::plugin, view::lines::plugin, view::sticky::plugin));
     }
 }
 

@@ -10,8 +10,12 @@ use glam::DVec3;
 
 use super::scheme;
 use crate::editor::actions::EditorAction;
+use crate::editor::colors;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
+use crate::editor::view::sticky::Excess;
+
+use super::theme;
 
 const JOINS: [(Join, &str, &str); 4] = [
     (Join::Corner, "Corner", "The handles are independent"),
@@ -35,6 +39,7 @@ const JUMPS: [(JumpPolicy, &str, &str); 3] = [
 pub(crate) struct Properties<'w, 's> {
     selection: Res<'w, Selection>,
     splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    excess: Query<'w, 's, &'static Excess>,
     models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
 }
 
@@ -63,6 +68,14 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
             }
         }
     });
+    let longer = properties.selection.spline().and_then(|entity| properties.excess.get(entity).ok());
+    for (segment, share) in longer.into_iter().flat_map(Excess::segments) {
+        let text =
+            format!("⚠ Segment {}: {} % longer than the shortest way", segment + 1, significant(100.0 * share, 3));
+        let color = theme::egui_color(colors::STICKY, 1.0);
+        let meaning = "Its middle leg stays on its side; Jumps: Allow, and back to Stick, lets it go the shortest way";
+        ui.label(egui::RichText::new(text).color(color)).on_hover_text(meaning);
+    }
     show_buttons(ui, spline.is_closed(), anchor.is_some(), actions);
     let model = properties.models.get(on.0);
     if let (Some((_, anchor)), Ok((model, surface))) = (anchor, model) {

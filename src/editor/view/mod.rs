@@ -3,3 +3,4 @@
 pub(crate) mod draw;
 pub(crate) mod lines;
 pub(crate) mod stage;
+pub(crate) mod sticky;
