@@ -1,6 +1,7 @@
 //! Curves as lines on the model, kept by the renderer until they change: thousands of them cost nothing while they rest. What is
 //! behind the model shines through faintly; a curve that is being traced is dashed; where a curve is torn, its line is.
 
+use bevy::asset::AssetEventSystems;
 use bevy::ecs::entity::EntityHashSet;
 use bevy::gizmos::GizmoAsset;
 use bevy::gizmos::config::GizmoLineStyle;
@@ -40,7 +41,9 @@ struct Look {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    app.add_observer(drop_lines).add_systems(PostUpdate, draw_curves.in_set(SurfaceSplineSystems::Draw));
+    // New lines go to the renderer in the frame in which the old ones leave it.
+    let draw = draw_curves.in_set(SurfaceSplineSystems::Draw).before(AssetEventSystems);
+    app.add_observer(drop_lines).add_systems(PostUpdate, draw);
 }
 
 type Curves<'w, 's> = Query<
