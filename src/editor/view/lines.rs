@@ -1,7 +1,6 @@
 //! Curves as lines on the model, kept by the renderer until they change: thousands of them cost nothing while they rest. What is
 //! behind the model shines through faintly; a curve that is being traced is dashed; where a curve is torn, its line is.
 
-use bevy::asset::AssetEventSystems;
 use bevy::ecs::entity::EntityHashSet;
 use bevy::gizmos::GizmoAsset;
 use bevy::gizmos::config::GizmoLineStyle;
@@ -41,9 +40,7 @@ struct Look {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    // New lines go to the renderer in the frame in which the old ones leave it.
-    let draw = draw_curves.in_set(SurfaceSplineSystems::Draw).before(AssetEventSystems);
-    app.add_observer(drop_lines).add_systems(PostUpdate, draw);
+    app.add_observer(drop_lines).add_systems(PostUpdate, draw_curves.in_set(SurfaceSplineSystems::Draw));
 }
 
 type Curves<'w, 's> = Query<
