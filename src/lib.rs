@@ -1,8 +1,8 @@
 //! Bézier splines on triangle meshes: geodesics, tracing, live editing, and a plugin for Bevy.
 //!
 //! Two storeys. The ground floor knows no engine: [`surface`] (a mesh one can walk on), [`geodesic`] (shortest and
-//! straightest paths), [`curve`] (Bézier curves made of geodesic averages), [`smooth`] (drawn lines made smooth), [`vector`] (planar drawings), [`placement`] (drawings on a
-//! surface) and [`format`] (files). The upper floor is a
+//! straightest paths), [`curve`] (Bézier curves made of geodesic averages), [`smooth`] (drawn lines made smooth), [`vector`] (planar drawings),
+//! [`placement`] (drawings on a surface) and [`mod@format`] (files). The upper floor is a
 //! Bevy plugin, thin components and systems that call the ground floor.
 //!
 //! Faces are always named by their place in the input mesh, lengths are in the mesh's own unit, angles in radians, curve

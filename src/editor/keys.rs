@@ -4,8 +4,8 @@ use bevy::prelude::*;
 
 use super::actions::EditorAction;
 use super::input::{Modifiers, keyboard_is_free};
-use super::tools::Tool;
 use super::tools::transform::TransformMode;
+use super::tools::{Tool, ToolPointer};
 use crate::plugin::DragState;
 
 /// A key, what must be held with it, and what it asks for.
@@ -60,6 +60,7 @@ const TOOLS: &str = "Tools";
 const EDIT: &str = "Edit";
 const VIEW: &str = "View";
 const PANEL: &str = "Panel";
+const FILES: &str = "Files";
 
 /// All keys.
 pub const BINDINGS: &[Binding] = &[
@@ -101,6 +102,9 @@ pub const BINDINGS: &[Binding] = &[
     key(KeyCode::KeyZ, "Ctrl+Z", "Undo", EDIT).control().asks(|| EditorAction::Undo),
     key(KeyCode::KeyZ, "Ctrl+Shift+Z", "Redo", EDIT).control().shift().asks(|| EditorAction::Redo),
     key(KeyCode::KeyY, "Ctrl+Y", "Redo", EDIT).control().asks(|| EditorAction::Redo),
+    key(KeyCode::KeyO, "Ctrl+O", "Open a document, a mesh or a drawing", FILES).control(),
+    key(KeyCode::KeyS, "Ctrl+S", "Save", FILES).control().asks(|| EditorAction::Save),
+    key(KeyCode::KeyS, "Ctrl+Shift+S", "Save under another name", FILES).control().shift(),
     key(KeyCode::KeyF, "F", "Frame the selection, or the model", VIEW),
     key(KeyCode::Digit1, "1, 3, 7", "From the front, the right, the top", VIEW),
     key(KeyCode::Digit5, "5", "Orthographic or perspective", VIEW),
@@ -127,9 +131,15 @@ pub(crate) fn plugin(app: &mut App) {
     app.add_systems(Update, strike.run_if(keyboard_is_free));
 }
 
-fn strike(keys: Res<ButtonInput<KeyCode>>, drag: Res<DragState>, mut actions: MessageWriter<EditorAction>) {
-    // A drag ends first; Escape cancels it.
-    if drag.held().is_some() {
+fn strike(
+    keys: Res<ButtonInput<KeyCode>>,
+    (drag, pointer): (Res<DragState>, Res<ToolPointer>),
+    mut was_held: Local<bool>,
+    mut actions: MessageWriter<EditorAction>,
+) {
+    // What is held ends first; Escape takes it back, and no more than that.
+    let held = drag.held().is_some() || pointer.held().is_some();
+    if std::mem::replace(&mut *was_held, held) || held {
         return;
     }
     let Modifiers { control, shift, .. } = Modifiers::of(&keys);

@@ -10,12 +10,18 @@ use crate::editor::history::History;
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::geodesic::PathFinder;
-use crate::plugin::{BuiltSurface, ControlKind, DragState, EditSpline, EndGesture, GestureId, SurfaceSpline};
+use crate::plugin::{
+    BuiltSurface, ControlKind, DragState, EditSpline, EndGesture, GestureId, OnSurface, SurfaceSpline,
+};
 use crate::surface::SurfacePoint;
 
 /// Where the pen began: a spline needs two points.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PenStart(pub(crate) Option<FirstPoint>);
+
+/// The handle that is being pulled out of the last anchor of a spline, beyond which there is no segment yet.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct PenPull(pub(crate) Option<(Entity, u32)>);
 
 /// The first point of a spline that is not there yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,11 +50,12 @@ pub(crate) struct Desk<'w, 's> {
     next: ResMut<'w, NextNumber>,
     selection: ResMut<'w, Selection>,
     start: ResMut<'w, PenStart>,
+    pull_shown: ResMut<'w, PenPull>,
     notices: ResMut<'w, Notices>,
     history: ResMut<'w, History>,
     edits: MessageWriter<'w, EditSpline>,
     ends: MessageWriter<'w, EndGesture>,
-    splines: Query<'w, 's, &'static SurfaceSpline>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
     surfaces: Query<'w, 's, &'static BuiltSurface>,
 }
 
@@ -81,7 +88,7 @@ impl Desk<'_, '_> {
     /// The open spline that is drawn on.
     fn active(&self) -> Option<(Entity, &Spline)> {
         let entity = self.selection.spline()?;
-        let spline: &Spline = self.splines.get(entity).ok()?;
+        let spline: &Spline = self.splines.get(entity).ok()?.0;
         (!spline.is_closed()).then_some((entity, spline))
     }
 
@@ -114,7 +121,8 @@ impl Desk<'_, '_> {
 
     /// The pen touches the surface: a new anchor, or the beginning of a new spline. Gives the anchor.
     fn add_anchor(&mut self, on: Entity, at: SurfacePoint) -> Option<(Entity, u32)> {
-        if let Some((entity, spline)) = self.active() {
+        let is_there = |entity| self.splines.get(entity).is_ok_and(|(_, surface)| surface.0 == on);
+        if let Some((entity, spline)) = self.active().filter(|(entity, _)| is_there(*entity)) {
             let anchor = spline.anchors().len() as u32;
             let edit = SplineEdit::Append { end: SplineEnd::End, at };
             self.edits.write(EditSpline::new(entity, edit).undoable());
@@ -189,6 +197,7 @@ impl Desk<'_, '_> {
                 }
             }
             Some(Pulling::Last { spline, anchor, gesture }) => {
+                self.pull_shown.set_if_neq(PenPull(Some((spline, anchor))));
                 let edit = SplineEdit::MoveHandle { anchor, side: HandleSide::Outgoing, to: point };
                 self.edits.write(EditSpline::new(spline, edit).undoable().in_gesture(gesture));
             }
@@ -198,6 +207,7 @@ impl Desk<'_, '_> {
 
     /// The handle is let go; taken back, the anchor goes as well.
     fn let_go(&mut self, cancel: bool) {
+        self.pull_shown.set_if_neq(PenPull(None));
         match self.pulling.take() {
             Some(Pulling::First) if cancel => self.start.0 = None,
             Some(Pulling::Last { gesture, .. }) => {
