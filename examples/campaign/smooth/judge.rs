@@ -45,7 +45,8 @@ impl Judge<'_> {
             (smoothed.after.total_turn, after.1, "total turn"),
         ] {
             let room = if what.starts_with("length") { ROUNDING } else { 1e-3 };
-            if !((given - measured).abs() <= room * (1.0 + measured)) {
+            let off = (given - measured).abs();
+            if off.is_nan() || off > room * (1.0 + measured) {
                 return Err(format!("{what} given as {given:.9}, measures {measured:.9}"));
             }
         }
