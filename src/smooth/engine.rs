@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    envelope,
+    SmoothRange, envelope,
     fan::Fan,
     flip::{Flipper, Rule, touching},
     layout::Layout,
@@ -11,28 +11,25 @@ use super::{
     nodes::{self, Node},
     plain::Sweeper,
     profile::Profile,
-    solve::{STAGES, Solver, Task, Tether, UNKNOWN},
+    progress::Watch,
+    solve::{STAGES, Solver},
     strip::Strip,
+    task::{Task, Tether, UNKNOWN},
     tree::LineTree,
+    windows::solve_window,
 };
+use glam::DVec3;
+
 use crate::surface::{InnerPoint, Surface};
 
 /// Crossings this near to a vertex, in mean edges, may pass it.
 pub(crate) const NEAR: f64 = 1e-2;
 /// How corners are rounded off while vertices are passed, in mean edges: less when nothing more is to pass.
 const LEVELS: [&[f64]; 3] = [&[1e-2], &[1e-2, 1e-3], &[1e-4]];
-/// What is as stiff as that is fixed.
-const SMOOTH: f64 = 1e3;
-/// Turns on either side of a place by which it is judged to be rough or smooth.
-const BESIDE: isize = 8;
-/// Turns below this are none.
-const TURN: f64 = 0.02;
 /// Rounds in which a line may get no shorter.
 const IDLE: u32 = 24;
 /// By how much a line may grow when it passes vertices.
 const GROWTH: f64 = 1e-3;
-/// Crossings on either side of new ones that are solved for with them.
-const MARGIN: usize = 12;
 /// Steps of one solve.
 const MOST_STEPS: usize = 60;
 /// Turns that may remain while most vertices are passed.
@@ -42,8 +39,6 @@ const ROUGHLY: f64 = 1e-3;
 const EXACTLY: f64 = 1e-7;
 /// Crossings begin this far inside their sides, so that none is stuck at a vertex.
 const INSIDE: f64 = 1e-3;
-/// How stiff a tether gets at most where the line is smooth already.
-const STIFFEST: f64 = 1e4;
 
 /// What is asked of the engine.
 #[derive(Clone, Copy, Debug)]
@@ -75,6 +70,10 @@ pub(crate) struct Done {
     pub(crate) met_bound: bool,
     /// Whether a closed line shrank to a point.
     pub(crate) collapsed: bool,
+    /// Whether the line given was kept.
+    pub(crate) kept: bool,
+    /// By what tether.
+    pub(crate) closeness: Option<f64>,
 }
 
 impl Done {
@@ -84,6 +83,8 @@ impl Done {
         self.flips += other.flips;
         self.met_bound |= other.met_bound;
         self.collapsed |= other.collapsed;
+        self.kept |= other.kept;
+        self.closeness = other.closeness.or(self.closeness);
     }
 }
 
@@ -102,21 +103,32 @@ pub(crate) struct Engine {
     pub(crate) line: LineTree,
     /// What the tether's stiffness is multiplied by, for each stretch of the drawn line.
     pub(crate) factors: Vec<f64>,
+    /// By what they were found.
+    pub(crate) judged: Option<(f64, Option<SmoothRange>)>,
+    /// Length of the drawn line, and at which share of it the line as it was given begins: a closed one's seam may have moved.
+    pub(crate) length: f64,
+    pub(crate) begin: f64,
     pub(crate) wished: Vec<f64>,
     pub(crate) bounds: Vec<[f64; 2]>,
     stiffness: Vec<f64>,
     nearest: Vec<u32>,
     ends: Vec<[bool; 2]>,
     pieces: Vec<[f64; 2]>,
-    turns: Vec<(usize, f64)>,
+    pub(crate) turns: Vec<(usize, f64)>,
     kept: Strip,
     /// Which crossings are solved for.
-    windows: Vec<Range<usize>>,
-    /// Whether somebody looks at every step.
-    pub(crate) watched: bool,
+    pub(crate) windows: Vec<Range<usize>>,
 }
 
 impl Engine {
+    /// Takes up a drawn line.
+    pub(crate) fn take_up(&mut self, positions: &[DVec3], begin: f64) {
+        self.line.build(positions);
+        self.length = positions.windows(2).fold(0.0, |sum, pair| sum + pair[0].distance(pair[1]));
+        self.begin = begin;
+        self.judged = None;
+    }
+
     /// Fills in how much a line turns, its density spread to neighbours.
     pub(crate) fn measure_profile(&mut self, surface: &Surface, strip: &Strip, passes: u32, scale: f64) {
         self.layout.build(surface, &mut self.metric, strip);
@@ -124,78 +136,8 @@ impl Engine {
         self.profile.measure(strip, &self.layout, &self.nodes, passes, scale);
     }
 
-    /// Fills in by how much stiffer the tether is where the drawn line is smooth.
-    ///
-    /// A line is rough where it turns to and fro: where of its nearest turns more than two pairs of neighbours point to different sides, by
-    /// more than `roughness` in all. Where it is smoother the tether is stiffer by the eighth power of the ratio. Turns are
-    /// counted, not lengths: so neither the mesh nor the speed of a hand decides.
-    pub(crate) fn measure_roughness(&mut self, surface: &Surface, strip: &Strip, roughness: f64) {
-        let stretches = self.line.points().len().saturating_sub(1);
-        self.factors.clear();
-        self.factors.resize(stretches, 1.0);
-        if roughness <= 0.0 {
-            return;
-        }
-        self.layout.build(surface, &mut self.metric, strip);
-        nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
-        let Self { nodes, turns, factors, .. } = self;
-        turns.clear();
-        turns.extend(nodes.iter().filter(|node| node.bend.abs() > TURN).map(|node| (node.first, node.bend)));
-        let count = turns.len();
-        if count == 0 {
-            factors.fill(STIFFEST);
-            return;
-        }
-        // The stretch that begins at a crossing.
-        let stretch = |crossing: usize| if strip.closed { crossing } else { crossing + 1 };
-        let turn = |j: isize| match usize::try_from(j) {
-            _ if strip.closed => turns[j.rem_euclid(count as isize) as usize].1,
-            Ok(j) if j < count => turns[j].1,
-            _ => 0.0,
-        };
-        let mut next = 0;
-        for (k, factor) in factors.iter_mut().enumerate() {
-            while next < count && stretch(turns[next].0) <= k {
-                next += 1;
-            }
-            let (mut sum, mut largest) = (0.0, [0.0_f64; 2]);
-            for j in next as isize - BESIDE..next as isize + BESIDE - 1 {
-                let [a, b] = [turn(j), turn(j + 1)];
-                let fro = if a * b < 0.0 { a.abs().min(b.abs()) } else { 0.0 };
-                sum += fro;
-                largest = if fro > largest[0] { [fro, largest[0]] } else { [largest[0], largest[1].max(fro)] };
-            }
-            // Smooth lines turn to the other side once in a while.
-            let rough = sum - largest[0] - largest[1];
-            if rough < roughness {
-                *factor = (roughness / rough.max(1e-9)).powi(8).min(STIFFEST);
-            }
-        }
-    }
-
-    /// Tethers all of the drawn line alike.
-    pub(crate) fn hold_alike(&mut self) {
-        self.factors.clear();
-        self.factors.resize(self.line.points().len().saturating_sub(1), 1.0);
-    }
-
-    /// Fixes the crossings of the drawn line where it is as smooth as can be.
-    pub(crate) fn fix_smooth(&self, strip: &mut Strip) {
-        for i in 0..strip.len() {
-            let stretches = if strip.closed { [i, (i + strip.len() - 1) % strip.len()] } else { [i, i + 1] };
-            let smooth = |k: &usize| self.factors.get(*k).is_some_and(|factor| *factor >= SMOOTH);
-            strip.fixed[i] |= stretches.iter().all(smooth);
-        }
-    }
-
     /// Smooths a strip, of which the drawn line, the profile and the metric are known.
-    pub(crate) fn relax(
-        &mut self,
-        surface: &Surface,
-        strip: &mut Strip,
-        plan: &Plan,
-        watch: &mut dyn FnMut(&Strip),
-    ) -> Done {
+    pub(crate) fn relax(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, watch: &mut Watch<'_>) -> Done {
         let mut done = Done::default();
         self.flipper.counts.clear();
         self.stiffness.clear();
@@ -244,6 +186,9 @@ impl Engine {
                     break;
                 }
             }
+            if watch.stops(&done, || strip.length(surface)) {
+                return done;
+            }
             if done.rounds >= plan.max_rounds {
                 done.met_bound = true;
                 break;
@@ -259,7 +204,7 @@ impl Engine {
             let flipped = self.pass(surface, strip, plan, near);
             done.flips += flipped.count as u32;
             if flipped.count > 0 {
-                watch(strip);
+                watch.see(strip);
                 (seams, level) = (0, level.min(1));
             } else if flipped.at_seam && seams < 2 {
                 seams += 1;
@@ -272,34 +217,6 @@ impl Engine {
         }
         self.finish(surface, strip, plan, near, &mut done, watch);
         done
-    }
-
-    /// What is to be solved for: all, or what is about the crossings that are new.
-    fn choose_windows(&mut self, strip: &Strip, all: bool) {
-        let n = strip.len();
-        let Self { windows, flipper, .. } = self;
-        windows.clear();
-        if all || n < 4 * MARGIN {
-            windows.push(0..n);
-            return;
-        }
-        for changed in &flipper.changed {
-            let (start, end) = (changed.start.saturating_sub(MARGIN), (changed.end + MARGIN).min(n));
-            if strip.closed && (start == 0 || end == n) {
-                windows.clear();
-                windows.push(0..n);
-                return;
-            }
-            match windows.last_mut() {
-                Some(last) if start <= last.end => last.end = last.end.max(end),
-                _ if start < end => windows.push(start..end),
-                _ => {}
-            }
-        }
-        if 2 * windows.iter().map(ExactSizeIterator::len).sum::<usize>() > n {
-            windows.clear();
-            windows.push(0..n);
-        }
     }
 
     /// Passes the vertices that press.
@@ -327,7 +244,7 @@ impl Engine {
         inside: f64,
         tolerance: f64,
         done: &mut Done,
-        watch: &mut dyn FnMut(&Strip),
+        watch: &mut Watch<'_>,
     ) {
         self.layout.build(surface, &mut self.metric, strip);
         self.fill_bounds(surface, strip, plan);
@@ -350,9 +267,9 @@ impl Engine {
         [stages, more]: [&[f64]; 2],
         tolerance: f64,
         done: &mut Done,
-        watch: &mut dyn FnMut(&Strip),
+        watch: &mut Watch<'_>,
     ) {
-        let Self { layout, solver, line, wished, bounds, stiffness, nearest, ends, windows, watched, .. } = self;
+        let Self { layout, solver, line, wished, bounds, stiffness, nearest, ends, windows, .. } = self;
         if plan.tether.is_some() {
             nearest.clear();
             nearest.resize(strip.len(), UNKNOWN);
@@ -373,7 +290,7 @@ impl Engine {
                 most_steps: MOST_STEPS,
             };
             let mut at = std::mem::take(&mut strip.at);
-            if *watched {
+            if watch.sees() {
                 let (steps, _) = solver.run(
                     &mut task,
                     0..at.len(),
@@ -381,7 +298,7 @@ impl Engine {
                     Some(&mut |at| {
                         strip.at.clear();
                         strip.at.extend_from_slice(at);
-                        watch(strip);
+                        watch.see(strip);
                     }),
                 );
                 done.steps += steps as u32;
@@ -421,7 +338,7 @@ impl Engine {
         plan: &Plan,
         near: f64,
         done: &mut Done,
-        watch: &mut dyn FnMut(&Strip),
+        watch: &mut Watch<'_>,
     ) {
         if strip.closed && strip.len() < 3 {
             done.collapsed = true;
@@ -452,54 +369,13 @@ impl Engine {
         }
         self.choose_windows(strip, true);
         self.run_solver(strip, plan, [&STAGES[2..], &[1e-6]], EXACTLY, done, watch);
-        watch(strip);
+        watch.see(strip);
     }
 
     /// Whether a closed line has shrunk to a point.
     fn is_point(&self, surface: &Surface, strip: &Strip, plan: &Plan) -> bool {
         let Some(first) = (!strip.sides.is_empty()).then(|| strip.crossing(surface, 0)) else { return true };
         (0..strip.len()).all(|i| strip.crossing(surface, i).distance(first) < 2.0 * NEAR * plan.mean)
-    }
-}
-
-/// Solves for the crossings of a window, and for more of them as long as those beside it would move.
-fn solve_window(
-    solver: &mut Solver,
-    task: &mut Task<'_>,
-    window: &mut Range<usize>,
-    at: &mut [f64],
-    closed: bool,
-) -> u32 {
-    let n = at.len();
-    let Range { mut start, mut end } = window.clone();
-    let mut steps = 0;
-    loop {
-        if 2 * (end - start) > n {
-            (start, end) = (0, n);
-        }
-        let around = start.saturating_sub(1)..(end + 1).min(n);
-        if let Some(tether) = &mut task.tether {
-            tether.look_up(task.layout, around, at);
-        }
-        steps += solver.run(task, start..end, at, None).0 as u32;
-        let [before, after] = [start.saturating_sub(1)..start, end..(end + 1).min(n - usize::from(closed))];
-        let mut more = false;
-        if (start, end) != (0, n) {
-            let wider = end - start;
-            if !before.is_empty() && solver.left(task, before, at) > 2.0 * task.tolerance {
-                (start, more) = (start.saturating_sub(wider), true);
-            }
-            if !after.is_empty() && solver.left(task, after, at) > 2.0 * task.tolerance {
-                (end, more) = ((end + wider).min(n), true);
-            }
-            if closed && (start == 0 || end == n) {
-                (start, end) = (0, n);
-            }
-        }
-        if !more {
-            *window = start..end;
-            return steps;
-        }
     }
 }
 

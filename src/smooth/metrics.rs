@@ -10,7 +10,7 @@ use super::{
     strip::Strip,
     tree::LineTree,
 };
-use crate::surface::Surface;
+use crate::surface::{InnerPoint, Surface, SurfacePoint};
 
 /// Turns below this are straight when inflections are counted.
 const STRAIGHT: f64 = 1e-4;
@@ -50,6 +50,34 @@ pub struct LineMetrics {
     pub max_missed: f64,
 }
 
+impl LineMetrics {
+    /// Squared geodesic curvature, the mean along the line: one over squared local units.
+    pub fn mean_square_curvature(&self) -> f64 {
+        if self.length > 0.0 { self.square_curvature / self.length } else { 0.0 }
+    }
+}
+
+/// A place where a line bends: for a plot of the curvature along it, or to colour it by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+pub struct LineBend {
+    /// Length of the line up to there, in local units.
+    pub distance: f64,
+    /// Where on the surface.
+    pub point: SurfacePoint,
+    /// By what angle it turns there, in radians, positive to the left.
+    pub turn: f64,
+    /// The geodesic curvature: the turn over the mean length of the stretches beside it.
+    pub curvature: f64,
+}
+
+/// Nodes in a row that count as one.
+struct Bend {
+    first: usize,
+    turn: f64,
+    width: f64,
+}
+
 /// Scratch memory of measuring.
 #[derive(Debug, Default)]
 pub(crate) struct Gauge {
@@ -70,9 +98,7 @@ impl Gauge {
         from: Option<&LineTree>,
         mean_edge: f64,
     ) -> LineMetrics {
-        self.metric.set_surface();
-        self.layout.build(surface, &mut self.metric, strip);
-        nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
+        self.find_nodes(surface, strip);
         let mut found = LineMetrics { length: strip.length(surface), ..LineMetrics::default() };
         self.turns(strip, &mut found);
         self.curvature(strip, mean_edge, &mut found);
@@ -88,18 +114,23 @@ impl Gauge {
 
     /// Sum of all turns' sizes alone.
     pub(crate) fn total_turn(&mut self, surface: &Surface, strip: &Strip) -> f64 {
-        self.metric.set_surface();
-        self.layout.build(surface, &mut self.metric, strip);
-        nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
+        self.find_nodes(surface, strip);
         self.nodes.iter().fold(0.0, |sum, node| sum + node.bend.abs())
     }
 
     /// Curvature of what is too near together to be told apart: crossings that gather at a vertex turn as one.
     fn curvature(&self, strip: &Strip, mean_edge: f64, found: &mut LineMetrics) {
+        self.bends(strip, mean_edge, |bend| {
+            found.max_curvature = found.max_curvature.max(bend.turn.abs() / bend.width);
+            found.square_curvature += bend.turn * bend.turn / bend.width;
+        });
+    }
+
+    fn bends(&self, strip: &Strip, mean_edge: f64, mut visit: impl FnMut(Bend)) {
         let length = |j: usize| self.layout.stretch(j, &strip.at).length();
         let (Some(first), Some(last)) = (self.nodes.first(), self.nodes.last()) else { return };
         let mut before = length(first.first);
-        let (mut turn, mut inside) = (0.0, 0.0);
+        let (mut turn, mut inside, mut begin) = (0.0, 0.0, first.first);
         for node in &self.nodes {
             turn += node.bend;
             let after = length(self.layout.after(node.last));
@@ -108,10 +139,29 @@ impl Gauge {
                 continue;
             }
             let width = (0.5 * (before + after) + inside).max(0.5 * APART * mean_edge);
-            found.max_curvature = found.max_curvature.max(turn.abs() / width);
-            found.square_curvature += turn * turn / width;
-            (before, turn, inside) = (after, 0.0, 0.0);
+            visit(Bend { first: begin, turn, width });
+            (before, turn, inside, begin) = (after, 0.0, 0.0, node.last + 1);
         }
+    }
+
+    /// Fills in where a line bends, in order.
+    pub(crate) fn bends_into(&mut self, surface: &Surface, strip: &Strip, mean_edge: f64, out: &mut Vec<LineBend>) {
+        self.find_nodes(surface, strip);
+        let whole = strip.length(surface);
+        out.clear();
+        self.bends(strip, mean_edge, |bend| {
+            let distance = whole * strip.along.get(bend.first).copied().unwrap_or(1.0);
+            let at = strip.sides.get(bend.first).zip(strip.at.get(bend.first));
+            let point = at.map_or(strip.start, |(h, at)| InnerPoint::on_side(*h, *at));
+            let point = surface.outer_point(&point);
+            out.push(LineBend { distance, point, turn: bend.turn, curvature: bend.turn / bend.width });
+        });
+    }
+
+    fn find_nodes(&mut self, surface: &Surface, strip: &Strip) {
+        self.metric.set_surface();
+        self.layout.build(surface, &mut self.metric, strip);
+        nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
     }
 
     fn turns(&self, strip: &Strip, found: &mut LineMetrics) {

@@ -27,12 +27,14 @@
 //! meshes*; Martínez, Velho and Carvalho 2005, *Computing geodesics on triangular meshes*. The tether, the solves on a strip and the order of flips
 //! are this project's own.
 
+mod driver;
 mod engine;
 mod envelope;
 mod fan;
 mod flip;
 mod hinge;
 mod layout;
+mod live;
 mod metric;
 mod metrics;
 mod nodes;
@@ -40,15 +42,24 @@ mod options;
 mod plain;
 mod polyline;
 mod profile;
+mod progress;
+mod range;
 mod region;
+mod roughness;
 mod smoothing;
 mod solve;
 mod strip;
+mod task;
+mod taut;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod windows;
 
-pub use metrics::LineMetrics;
+pub use live::LiveSmoothing;
+pub use metrics::{LineBend, LineMetrics};
 pub use options::{Envelope, Iteration, SmoothError, Smoothing, SmoothingMode};
 pub use polyline::{PolylineError, SurfacePolyline};
-pub use smoothing::{SmoothWorkspace, Smoothed, measure, smooth, smooth_into};
+pub use progress::SmoothProgress;
+pub use range::SmoothRange;
+pub use smoothing::{SmoothWorkspace, Smoothed, bends_into, measure, smooth, smooth_into, smooth_while};

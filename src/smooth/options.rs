@@ -1,6 +1,6 @@
 //! What is asked of smoothing, and what can be wrong with it.
 
-use super::PolylineError;
+use super::{PolylineError, SmoothRange};
 use crate::geodesic::PathError;
 use crate::surface::{PointError, SurfacePoint};
 
@@ -114,6 +114,8 @@ pub struct Smoothing {
     pub envelope: Option<Envelope>,
     /// The boundary keeps the line off within this distance (local units); none: the line may run along it.
     pub barrier: Option<f64>,
+    /// Which part of it is smoothed, by the mode tether; none: all.
+    pub range: Option<SmoothRange>,
     /// How crossings are moved.
     pub iteration: Iteration,
     /// How often vertices are passed, at most.
@@ -130,6 +132,7 @@ impl Default for Smoothing {
             roughness: 0.3,
             envelope: None,
             barrier: None,
+            range: None,
             iteration: Iteration::Solve,
             max_rounds: 400,
             max_sweeps: 20_000,
@@ -146,6 +149,11 @@ impl Smoothing {
     /// Tethered with a closeness.
     pub fn tether(closeness: f64) -> Self {
         Self::by(SmoothingMode::Tether { closeness })
+    }
+
+    /// The same for a part of the line.
+    pub fn only(self, range: SmoothRange) -> Self {
+        Self { range: Some(range), ..self }
     }
 
     /// The same within an envelope.
@@ -168,12 +176,15 @@ impl Smoothing {
             matches!(self.mode, SmoothingMode::Geodesic | SmoothingMode::Stencil { .. } | SmoothingMode::Budget { .. });
         let length = |x: Option<f64>| x.is_none_or(|x| x.is_finite() && x > 0.0);
         let envelope = self.envelope.map(|(Envelope::Hard(far) | Envelope::Soft(far))| far);
+        let tethered = matches!(self.mode, SmoothingMode::Tether { .. });
         let word = if !fine {
             "the mode's numbers: scale 0 to 2, at most 1,000 passes, share 0 to 1, closeness and weights 0 to 1,000,000"
         } else if !length(self.reach) || !length(self.barrier) || !length(envelope) {
             "reach, barrier and envelope are lengths: give finite numbers above 0, or none"
         } else if !between(self.roughness, 0.0, f64::MAX) {
             "the roughness is an angle: give a finite number, 0 or more"
+        } else if self.range.is_some_and(|range| !range.is_fine() || !tethered) {
+            "a range is for the mode tether: a finite place, a radius above 0, a falloff of 0 to 1 and a strength of 0.001 to 1"
         } else if self.iteration != Iteration::Solve && !sweeps {
             "sweeps are for the modes geodesic, stencil and budget: leave the iteration at Solve"
         } else {
@@ -197,6 +208,12 @@ pub enum SmoothError {
         /// Where.
         at: SurfacePoint,
     },
+    /// The line was taken up on another surface.
+    #[error("the line was taken up on another surface: take it up again on this one")]
+    OtherSurface,
+    /// It was not to go on.
+    #[error("smoothing was stopped; the line is as it was")]
+    Stopped,
     /// The line does not belong to the surface.
     #[error(transparent)]
     Line(#[from] PolylineError),

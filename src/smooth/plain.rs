@@ -9,6 +9,7 @@ use super::{
     flip::Rule,
     hinge,
     metrics::Gauge,
+    progress::Watch,
     strip::Strip,
 };
 use crate::surface::Surface;
@@ -54,11 +55,11 @@ impl Engine {
         order: Order,
         max_sweeps: u32,
         mut enough: Option<(f64, &mut Gauge)>,
-        watch: &mut dyn FnMut(&Strip),
+        watch: &mut Watch<'_>,
     ) -> Done {
         let mut done = Done::default();
         self.flipper.counts.clear();
-        let (mut quiet, mut before, mut since) = (0, f64::INFINITY, 0);
+        let (mut quiet, mut before, mut since) = (0, strip.length(surface), 0);
         loop {
             if let Some((least, gauge)) = &mut enough
                 && gauge.total_turn(surface, strip) <= *least
@@ -69,10 +70,13 @@ impl Engine {
                 done.met_bound = true;
                 return done;
             }
+            if watch.stops(&done, || before) {
+                return done;
+            }
             done.steps += 1;
             self.prepare(surface, strip, plan);
             let moved = self.sweep_once(strip, plan, order);
-            watch(strip);
+            watch.see(strip);
             let mut flips = 0;
             for _ in 0..CASCADES {
                 let passed = self.pass_clamped(surface, strip, plan);
@@ -83,7 +87,7 @@ impl Engine {
                 if passed == 0 {
                     break;
                 }
-                watch(strip);
+                watch.see(strip);
                 flips += passed;
                 self.prepare(surface, strip, plan);
             }

@@ -206,6 +206,11 @@ impl SurfacePolyline {
 
     /// The strip, with shares of the length filled in.
     pub(crate) fn strip_into(&self, surface: &Surface, strip: &mut Strip) -> Result<(), PolylineError> {
+        self.turned_strip_into(surface, strip).map(|_| ())
+    }
+
+    /// The same; says with which crossing the strip of a closed line begins.
+    pub(crate) fn turned_strip_into(&self, surface: &Surface, strip: &mut Strip) -> Result<usize, PolylineError> {
         strip.clear();
         strip.closed = self.closed;
         strip.start = surface.inner_point(&self.start)?;
@@ -224,11 +229,9 @@ impl SurfacePolyline {
             let at = self.crossings.first().map_or(self.start.face, |crossing| crossing.face);
             return Err(PointError::BadCrossing(at).into());
         }
-        // What bends at a vertex is in one piece then.
-        let ends = |s: &Strip, i: usize| s.at[i] <= strip::AT_VERTEX || s.at[i] >= 1.0 - strip::AT_VERTEX;
-        let _ = strip.seam_off_vertices(ends);
+        let turned = strip.seam_off_crossings_at_vertices();
         strip.measure(surface);
-        Ok(())
+        Ok(turned)
     }
 }
 

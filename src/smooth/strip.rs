@@ -219,22 +219,25 @@ impl Strip {
         Run { first, last, vertex, left }
     }
 
-    /// Of a closed line: moves the seam where no run reaches over it that lies about a vertex which the line touches;
-    /// says whether there is such a place.
-    pub(crate) fn seam_off_vertices(&mut self, touches: impl Fn(&Self, usize) -> bool) -> bool {
-        if !self.closed {
-            return true;
-        }
+    /// Of a closed line: moves the seam where no run reaches over it that lies about a vertex which the line touches, if there is
+    /// such a place; says which crossing is the first one now.
+    pub(crate) fn seam_off_vertices(&mut self, touches: impl Fn(&Self, usize) -> bool) -> usize {
         let n = self.len();
-        let free = |strip: &Self, i: usize| !touches(strip, i) && !touches(strip, (i + n - 1) % n);
-        match (0..n).find(|i| free(self, *i)).or_else(|| (0..n).find(|i| !touches(self, *i))) {
-            Some(0) => true,
-            Some(first) => {
-                self.rotate(first);
-                true
-            }
-            None => false,
+        if !self.closed || n == 0 {
+            return 0;
         }
+        let free = |strip: &Self, i: usize| !touches(strip, i) && !touches(strip, (i + n - 1) % n);
+        let first = (0..n).find(|i| free(self, *i)).or_else(|| (0..n).find(|i| !touches(self, *i))).unwrap_or(0);
+        if first > 0 {
+            self.rotate(first);
+        }
+        first
+    }
+
+    /// Of a closed line: moves the seam to where the line is at no vertex, if there is such a place, so that what bends at a
+    /// vertex is in one piece.
+    pub(crate) fn seam_off_crossings_at_vertices(&mut self) -> usize {
+        self.seam_off_vertices(|s, i| s.at[i] <= AT_VERTEX || s.at[i] >= 1.0 - AT_VERTEX)
     }
 
     /// Whether each side leads to the face that the next one leaves, and no side is crossed back at once.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::*;
-use crate::smooth::{fan::Fan, layout::Layout, metric::Metric, nodes, smoothing::smooth_watched, strip::Strip};
+use crate::smooth::{fan::Fan, layout::Layout, metric::Metric, nodes, progress::Watch, strip::Strip};
 
 /// Turn in the strip and curvature of all vertices to the left of it, for lines whose left is what they go around.
 ///
@@ -69,8 +69,7 @@ fn balanced(surface: &Surface, line: &SurfacePolyline, least: usize) {
     ] {
         let smoothing = Smoothing { roughness: 0.0, iteration, max_sweeps: 300, ..Smoothing::by(mode) };
         let mut workspace = SmoothWorkspace::default();
-        workspace.watch_steps();
-        let _ = smooth_watched(surface, &mut workspace, line, &smoothing, &mut |strip| {
+        let mut see = |strip: &Strip| {
             if strip.len() < 3 {
                 return;
             }
@@ -80,7 +79,9 @@ fn balanced(surface: &Surface, line: &SurfacePolyline, least: usize) {
                 worst = worst.max((balance - TAU).abs());
                 assert!((balance - TAU).abs() < 1e-9, "{mode:?} {iteration:?}: {}", balance - TAU);
             }
-        });
+        };
+        workspace.prepare(surface, line).unwrap();
+        let _ = workspace.run(surface, &smoothing, &mut Watch::seeing(&mut see));
     }
     println!("{count} of {all} lines on the way could be judged, off by at most {worst:e}");
     assert!(count >= least, "{count}");

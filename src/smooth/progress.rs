@@ -1,0 +1,71 @@
+//! Looking at a smoothing under way, and stopping it.
+
+use std::ops::ControlFlow;
+
+use super::{engine::Done, strip::Strip};
+
+/// How far a smoothing is. How far it has to go nobody knows: rounds get cheaper as fewer vertices are left to pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SmoothProgress {
+    /// How often vertices were passed, all that pressed at once, or sweeps: over all that was tried.
+    pub rounds: u32,
+    /// How many vertices were passed in what is tried now.
+    pub flips: u32,
+    /// Length of the line as it is now, in local units.
+    pub length: f64,
+}
+
+/// Who looks on while a line is smoothed.
+pub(crate) struct Watch<'a> {
+    /// Sees every line on the way.
+    see: Option<&'a mut dyn FnMut(&Strip)>,
+    /// Is asked whether to go on.
+    ask: Option<&'a mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>>,
+    rounds: u32,
+    stopped: bool,
+}
+
+impl<'a> Watch<'a> {
+    /// Nobody.
+    pub(crate) fn nobody() -> Self {
+        Self { see: None, ask: None, rounds: 0, stopped: false }
+    }
+
+    /// Somebody who may stop it.
+    pub(crate) fn asking(ask: &'a mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>) -> Self {
+        Self { ask: Some(ask), ..Self::nobody() }
+    }
+
+    /// Somebody who sees every line.
+    #[cfg(test)]
+    pub(crate) fn seeing(see: &'a mut dyn FnMut(&Strip)) -> Self {
+        Self { see: Some(see), ..Self::nobody() }
+    }
+
+    /// Shows a line.
+    pub(crate) fn see(&mut self, strip: &Strip) {
+        if let Some(see) = &mut self.see {
+            see(strip);
+        }
+    }
+
+    /// Whether every step is to be seen.
+    pub(crate) fn sees(&self) -> bool {
+        self.see.is_some()
+    }
+
+    /// Asks whether to stop, after a round; once stopped it stays so.
+    pub(crate) fn stops(&mut self, done: &Done, length: impl FnOnce() -> f64) -> bool {
+        self.rounds += 1;
+        if let (Some(ask), false) = (&mut self.ask, self.stopped) {
+            let progress = SmoothProgress { rounds: self.rounds, flips: done.flips, length: length() };
+            self.stopped = ask(&progress).is_break();
+        }
+        self.stopped
+    }
+
+    /// Whether it was stopped.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+}
