@@ -2,6 +2,7 @@
 //! anchors, small discs for handles.
 
 use crate::curve::HandleSide;
+use crate::plugin::SplinePickingSettings;
 use crate::prelude::*;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::hover::HoverMap;
