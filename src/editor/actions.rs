@@ -13,6 +13,7 @@ use super::selection::Selection;
 use super::tools::Tool;
 use super::tools::transform::{BeginTransform, TransformMode};
 use crate::curve::{Join, JumpPolicy, Scheme, Spline, SplineEdit, SplineEnd};
+use crate::geodesic::PathFinder;
 use crate::plugin::{
     BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, SplineEditRefused, SplinePickingSettings,
     SurfaceSpline, SurfaceSplineSystems,
@@ -121,6 +122,7 @@ struct Desk<'w, 's> {
     repairs: ResMut<'w, ShownRepairs>,
     copying: CopyDesk<'w, 's>,
     slide: Local<'s, Vec<(Entity, GestureId)>>,
+    finder: Local<'s, PathFinder>,
     history: ResMut<'w, History>,
     notices: ResMut<'w, Notices>,
     selection: ResMut<'w, Selection>,
@@ -246,7 +248,13 @@ impl Desk<'_, '_> {
 
     fn remove(&mut self, name: &str, entity: Entity) {
         let Ok((spline, on)) = self.splines.get(entity) else { return };
-        curves::shelve(&mut self.commands, entity, spline, on.0);
+        let mut spline: Spline = (**spline).clone();
+        // A gesture about it ends as if it had not been, so what is kept is the spline as it was before.
+        if let (Some(inverse), Ok(surface)) = (self.history.inverse_of_gesture(entity), self.surfaces.get(on.0)) {
+            let taken_back = spline.apply(surface, &mut self.finder, inverse);
+            taken_back.err().into_iter().for_each(|error| warn!("a gesture is not taken back: {error}"));
+        }
+        curves::shelve(&mut self.commands, entity, &spline, on.0);
         self.history.note_removed(name, entity);
     }
 
@@ -429,6 +437,9 @@ impl Desk<'_, '_> {
     /// Sends an edit that others of its kind follow, as one gesture.
     fn slide(&mut self, name: &str, splines: &[Entity], edit: &SplineEdit) {
         if self.slide.is_empty() {
+            if splines.is_empty() {
+                return;
+            }
             *self.slide = splines.iter().map(|spline| (*spline, GestureId::next())).collect();
             self.history.begin(name);
         }
