@@ -114,7 +114,8 @@ fn engine(scripted: bool) -> PluginGroupBuilder {
     let title = "Curves on surfaces".to_string();
     let window = Window { title, resolution, present_mode: PresentMode::AutoVsync, ..default() };
     DefaultPlugins
-        .set(WindowPlugin { primary_window: Some(window), ..default() })
+        // The editor asks first where edits are not saved.
+        .set(WindowPlugin { primary_window: Some(window), close_when_requested: false, ..default() })
         // A picture of a half-compiled scene would prove nothing.
         .set(RenderPlugin { synchronous_pipeline_compilation: scripted, ..default() })
 }

@@ -13,8 +13,10 @@ use super::selection::Selection;
 use super::tools::Tool;
 use super::tools::transform::{BeginTransform, TransformMode};
 use crate::curve::{Join, JumpPolicy, Scheme, Spline, SplineEdit, SplineEnd};
+use crate::geodesic::PathFinder;
 use crate::plugin::{
-    BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, SplineEditRefused, SurfaceSpline, SurfaceSplineSystems,
+    BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, SplineEditRefused, SplinePickingSettings,
+    SurfaceSpline, SurfaceSplineSystems,
 };
 use crate::surface::SurfacePoint;
 
@@ -53,6 +55,8 @@ pub enum EditorAction {
     Straighten,
     /// Moves the active anchor.
     MoveAnchorTo(SurfacePoint),
+    /// Moves the active anchor on its way to another place: all until [`EditorAction::EndSlide`] are one entry of the history.
+    SlideAnchorTo(SurfacePoint),
     /// Changes how the selected splines are traced.
     SetScheme(Scheme),
     /// Changes what happens where a leg could go another way.
@@ -74,6 +78,10 @@ pub enum EditorAction {
     Duplicate,
     /// Begins a transform of the selection that follows the pointer.
     Transform(TransformMode),
+    /// Lets the pointer take what is behind the model, or not any more.
+    ToggleSeeThrough,
+    /// Marks the places where the model was repaired, or not any more.
+    ToggleRepairs,
     /// Saves the document, where there is one.
     Save,
     /// Takes the last entry of the history back.
@@ -86,6 +94,8 @@ pub(crate) fn plugin(app: &mut App) {
     app.add_message::<EditorAction>()
         .init_resource::<NextNumber>()
         .init_resource::<Clipboard>()
+        .init_resource::<ShownRepairs>()
+        .init_resource::<SplinePickingSettings>()
         .add_observer(tell_refusal)
         .add_systems(PostUpdate, perform.before(SurfaceSplineSystems::Edit))
         .add_systems(PostUpdate, curves::show_or_hide.before(SurfaceSplineSystems::Edit));
@@ -94,6 +104,10 @@ pub(crate) fn plugin(app: &mut App) {
 fn tell_refusal(refused: On<SplineEditRefused>, mut notices: ResMut<Notices>) {
     notices.warn(refused.reason.to_string());
 }
+
+/// Whether the places where the model was repaired are marked.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ShownRepairs(pub(crate) bool);
 
 /// What actions work with.
 #[derive(SystemParam)]
@@ -104,8 +118,11 @@ struct Desk<'w, 's> {
     plays: MessageWriter<'w, PlayHistory>,
     transforms: MessageWriter<'w, BeginTransform>,
     files: Option<MessageWriter<'w, FileRequest>>,
+    picking: ResMut<'w, SplinePickingSettings>,
+    repairs: ResMut<'w, ShownRepairs>,
     copying: CopyDesk<'w, 's>,
     slide: Local<'s, Vec<(Entity, GestureId)>>,
+    finder: Local<'s, PathFinder>,
     history: ResMut<'w, History>,
     notices: ResMut<'w, Notices>,
     selection: ResMut<'w, Selection>,
@@ -156,7 +173,15 @@ impl Desk<'_, '_> {
             EditorAction::SetJumps(jumps) => self.for_selected("Change what happens at jumps", |spline| {
                 (spline.jumps() != *jumps).then_some(SplineEdit::SetJumps(*jumps))
             }),
-            EditorAction::SlideScheme(scheme) => self.slide_scheme(*scheme),
+            EditorAction::SlideAnchorTo(to) => {
+                if let Some((spline, anchor)) = self.selection.anchors().last().copied() {
+                    self.slide("Move anchor", &[spline], &SplineEdit::MoveAnchor { anchor, to: *to });
+                }
+            }
+            EditorAction::SlideScheme(scheme) => {
+                let splines = self.selection.splines().to_vec();
+                self.slide("Change scheme", &splines, &SplineEdit::SetScheme(*scheme));
+            }
             EditorAction::EndSlide => self.end_slide(),
             EditorAction::Restyle(entity, curve) => self.restyle(*entity, curve),
             EditorAction::Save => {
@@ -164,6 +189,12 @@ impl Desk<'_, '_> {
                     files.write(FileRequest::Save);
                 }
             }
+            EditorAction::ToggleSeeThrough => {
+                self.picking.see_through = !self.picking.see_through;
+                let now = if self.picking.see_through { "can be taken through it" } else { "is out of reach" };
+                self.notices.info(format!("What is behind the model {now}."));
+            }
+            EditorAction::ToggleRepairs => self.repairs.0 = !self.repairs.0,
             EditorAction::Transform(mode) => drop(self.transforms.write(BeginTransform(*mode))),
             EditorAction::Copy | EditorAction::Paste { .. } | EditorAction::Duplicate => self.copy_or_paste(action),
         }
@@ -217,7 +248,13 @@ impl Desk<'_, '_> {
 
     fn remove(&mut self, name: &str, entity: Entity) {
         let Ok((spline, on)) = self.splines.get(entity) else { return };
-        curves::shelve(&mut self.commands, entity, spline, on.0);
+        let mut spline: Spline = (**spline).clone();
+        // A gesture about it ends as if it had not been, so what is kept is the spline as it was before.
+        if let (Some(inverse), Ok(surface)) = (self.history.inverse_of_gesture(entity), self.surfaces.get(on.0)) {
+            let taken_back = spline.apply(surface, &mut self.finder, inverse);
+            taken_back.err().into_iter().for_each(|error| warn!("a gesture is not taken back: {error}"));
+        }
+        curves::shelve(&mut self.commands, entity, &spline, on.0);
         self.history.note_removed(name, entity);
     }
 
@@ -397,18 +434,24 @@ impl Desk<'_, '_> {
         self.send(entity, SplineEdit::Straighten { segment });
     }
 
-    fn slide_scheme(&mut self, scheme: Scheme) {
+    /// Sends an edit that others of its kind follow, as one gesture.
+    fn slide(&mut self, name: &str, splines: &[Entity], edit: &SplineEdit) {
         if self.slide.is_empty() {
-            *self.slide = self.selection.splines().iter().map(|spline| (*spline, GestureId::next())).collect();
-            self.history.begin("Change scheme");
+            if splines.is_empty() {
+                return;
+            }
+            *self.slide = splines.iter().map(|spline| (*spline, GestureId::next())).collect();
+            self.history.begin(name);
         }
         for (spline, gesture) in self.slide.iter() {
-            let edit = EditSpline::new(*spline, SplineEdit::SetScheme(scheme));
-            self.edits.write(edit.undoable().in_gesture(*gesture));
+            self.edits.write(EditSpline::new(*spline, edit.clone()).undoable().in_gesture(*gesture));
         }
     }
 
     fn end_slide(&mut self) {
+        if self.slide.is_empty() {
+            return;
+        }
         let ended: Vec<_> = self.slide.drain(..).collect();
         self.ends.write_batch(ended.iter().map(|(_, gesture)| EndGesture { gesture: *gesture, cancel: false }));
         self.history.end();

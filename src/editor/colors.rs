@@ -16,6 +16,8 @@ pub const CURVES: [Color; 5] = [
 pub const STICKY: Color = Color::srgb(0.98, 0.78, 0.16);
 /// Things behind the model keep this share of their opacity.
 pub const BEHIND: f32 = 0.25;
+/// Marks behind the model keep this share of theirs when they can be grabbed.
+pub const SEE_THROUGH: f32 = 0.7;
 /// Curves that are being traced keep this share of theirs.
 pub const PREVIEW: f32 = 0.5;
 /// How far things under the pointer go towards white.

@@ -226,6 +226,15 @@ impl History {
         self.touches += 1;
     }
 
+    /// What takes back the gesture about a spline that is under way.
+    pub(crate) fn inverse_of_gesture(&self, spline: Entity) -> Option<&SplineEdit> {
+        let steps = self.gestures.values().flat_map(|entry| &entry.steps);
+        steps.into_iter().find_map(|step| match step {
+            Step::Edit(of, inverse) if *of == spline => Some(inverse),
+            _ => None,
+        })
+    }
+
     fn push(&mut self, name: &str, steps: Vec<Step>) {
         match self.groups.last_mut() {
             Some(group) => group.entry.steps.extend(steps),

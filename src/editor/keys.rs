@@ -108,6 +108,7 @@ pub const BINDINGS: &[Binding] = &[
     key(KeyCode::KeyF, "F", "Frame the selection, or the model", VIEW),
     key(KeyCode::Digit1, "1, 3, 7", "From the front, the right, the top", VIEW),
     key(KeyCode::Digit5, "5", "Orthographic or perspective", VIEW),
+    key(KeyCode::KeyZ, "Z", "Take what is behind the model, or not", VIEW).asks(|| EditorAction::ToggleSeeThrough),
     key(KeyCode::Tab, "Tab", "Hide or show the panel", PANEL),
     key(KeyCode::F6, "F6", "Take the keyboard to the panel; Escape leaves", PANEL),
     key(KeyCode::F1, "?, F1", "This help", PANEL),

@@ -32,7 +32,7 @@ pub use actions::EditorAction;
 pub use camera::{Orbit, sphere_around};
 pub use clipboard::Clipboard;
 pub use curves::{Curve, CurveSpawner};
-pub use documents::{AutosaveSettings, DocumentFile, FileRequest, Question, RecentDocuments};
+pub use documents::{AutosaveSettings, DocumentFile, ExportKind, FileRequest, Question, RecentDocuments};
 pub use history::{History, HistorySystems, PlayHistory};
 pub use input::{FreeView, PanelInput};
 pub use keys::{BINDINGS, Binding, HINTS, Hint};
@@ -69,6 +69,9 @@ impl Plugin for EditorToolsPlugin {
 
 /// Opens meshes, drawings and documents, saves and exports, one model at a time: [`FileRequest`] asks for it, [`OpenModel`] for a
 /// model alone. Needs [`EditorToolsPlugin`].
+///
+/// Asks before a window is closed while there are edits that are not saved, where `WindowPlugin::close_when_requested` is off; where it is on,
+/// they are kept for the next start.
 ///
 /// Schedule: `Update`.
 #[derive(Debug, Default)]

@@ -7,6 +7,7 @@ use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future};
 use glam::DVec3;
 
+use super::actions::{EditorAction, ShownRepairs};
 use super::curves::Shelved;
 use super::documents::{Opened, begin_on_candidate};
 use super::history::{self, History};
@@ -232,7 +233,8 @@ fn take_place(
         .trigger(|entity| ModelOpened { entity });
     let report = surface.report();
     if report.repaired() {
-        notices.warn(format!("{} was repaired: {report}", candidate.model.name));
+        let text = format!("{} was repaired: {report}", candidate.model.name);
+        notices.warn_with(text, "Show where", EditorAction::ToggleRepairs);
     } else if !candidate.model.bundled {
         notices.info(format!("{}: {report}", candidate.model.name));
     }
@@ -261,8 +263,9 @@ fn tell_refusal(
 fn forget_history(
     _: On<ModelOpened>,
     mut commands: Commands,
-    mut history: ResMut<History>,
+    (mut history, mut repairs): (ResMut<History>, ResMut<ShownRepairs>),
     shelved: Query<Entity, With<Shelved>>,
 ) {
+    repairs.set_if_neq(ShownRepairs::default());
     history::clear(&mut commands, &mut history, &shelved);
 }

@@ -4,6 +4,10 @@ use std::time::Duration;
 
 use bevy::prelude::*;
 
+use super::actions::EditorAction;
+
+/// At most so many are shown: of more, the oldest that are no errors go.
+const MOST: usize = 8;
 /// How long a notice that is no error stays.
 const SHOWN: Duration = Duration::from_secs(8);
 
@@ -19,12 +23,14 @@ pub enum Severity {
 }
 
 /// A message.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Notice {
     /// How bad it is.
     pub severity: Severity,
     /// What it says.
     pub text: String,
+    /// A button, and what it asks for.
+    pub button: Option<(&'static str, EditorAction)>,
     age: Duration,
 }
 
@@ -47,23 +53,32 @@ impl Notices {
 
     /// Tells that something happened.
     pub fn info(&mut self, text: impl Into<String>) {
-        self.push(Severity::Info, text.into());
+        self.push(Severity::Info, text.into(), None);
     }
 
     /// Tells that something is not as one would expect.
     pub fn warn(&mut self, text: impl Into<String>) {
-        self.push(Severity::Warning, text.into());
+        self.push(Severity::Warning, text.into(), None);
+    }
+
+    /// Tells that something is not as one would expect, with a button.
+    pub fn warn_with(&mut self, text: impl Into<String>, button: &'static str, action: EditorAction) {
+        self.push(Severity::Warning, text.into(), Some((button, action)));
     }
 
     /// Tells that something could not be done, and what to do about it; it stays until it is dismissed.
     pub fn error(&mut self, text: impl Into<String>) {
-        self.push(Severity::Error, text.into());
+        self.push(Severity::Error, text.into(), None);
     }
 
     /// A text that is shown already starts afresh.
-    fn push(&mut self, severity: Severity, text: String) {
+    fn push(&mut self, severity: Severity, text: String, button: Option<(&'static str, EditorAction)>) {
         self.0.retain(|notice| notice.text != text);
-        self.0.push(Notice { severity, text, age: Duration::ZERO });
+        if self.0.len() >= MOST {
+            let oldest = self.0.iter().position(|notice| notice.severity != Severity::Error);
+            oldest.into_iter().for_each(|oldest| drop(self.0.remove(oldest)));
+        }
+        self.0.push(Notice { severity, text, button, age: Duration::ZERO });
     }
 }
 
@@ -79,6 +94,7 @@ fn forget_old(mut notices: ResMut<Notices>, time: Res<Time<Real>>) {
     let step = time.delta().min(Duration::from_millis(100));
     notices.0.retain_mut(|notice| {
         notice.age += step;
-        notice.severity == Severity::Error || notice.age < SHOWN
+        // What has a button may be wanted later.
+        notice.severity == Severity::Error || notice.age < if notice.button.is_some() { 4 * SHOWN } else { SHOWN }
     });
 }

@@ -168,7 +168,8 @@ impl Straightener {
             let shorter = self.pull(surface, start, end);
             if !frozen && shorter < length * SHORTER {
                 found = true;
-                std::mem::swap(at, &mut tried_at);
+                // Copied: swapped, what grew in one path would be missing in the next.
+                at.clone_from(&tried_at);
                 break;
             }
             self.strip.clone_from(&kept);

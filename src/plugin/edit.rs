@@ -179,6 +179,8 @@ struct Gesture {
     spline: Entity,
     /// The spline when the first edit was applied.
     before: Option<Spline>,
+    /// The edit that was applied last, and whether a history remembers it.
+    newest: Option<(SplineEdit, bool)>,
     refused: bool,
     /// How long its edits take; none before the first.
     pace: Option<Pace>,
@@ -301,7 +303,12 @@ impl Desk<'_, '_, '_> {
     fn report(&mut self, entity: Entity, message: EditSpline, outcome: Result<Option<SplineEdit>, Refused>) {
         let EditSpline { edit, undoable, gesture, .. } = message;
         match outcome {
-            Ok(Some(inverse)) => drop(self.edited.write(SplineEdited { entity, edit, inverse, undoable, gesture })),
+            Ok(Some(inverse)) => {
+                if let Some(gesture) = gesture.and_then(|id| self.edits.gestures.get_mut(&id)) {
+                    gesture.newest = Some((edit.clone(), undoable));
+                }
+                self.edited.write(SplineEdited { entity, edit, inverse, undoable, gesture });
+            }
             Err(Some(reason)) => self.commands.trigger(SplineEditRefused { entity, edit, reason }),
             Ok(None) | Err(None) => {}
         }
@@ -317,21 +324,36 @@ impl Desk<'_, '_, '_> {
         Ok(self.surfaces.get(on.0).map_err(|_| EditRefusal::SurfaceNotReady)?.0.clone())
     }
 
-    /// Applies an edit to the spline as it is; gestures that go on about the same spline begin from there.
+    /// Applies an edit to the spline as it is, or, where a gesture about it goes on, as if it had come before the gesture: so both can be
+    /// taken back, the gesture first.
     fn apply_alone(&mut self, message: &EditSpline) -> Result<SplineEdit, Refused> {
         let entity = message.spline;
-        let (before, surface) = (self.current(entity)?, self.surface(entity)?);
-        let (spline, inverse) =
+        let (current, surface) = (self.current(entity)?, self.surface(entity)?);
+        let going_on = self.edits.gestures.iter().filter(|(_, g)| g.spline == entity && g.before.is_some());
+        let going_on = going_on.map(|(id, _)| *id).min();
+        let gesture = going_on.and_then(|id| Some((id, self.edits.gestures.get_mut(&id)?)));
+        let before = gesture.as_ref().and_then(|(_, gesture)| gesture.before.clone()).unwrap_or(current);
+        let (mut spline, inverse) =
             apply(before, &surface, &message.edit, self.workspaces).result.map_err(EditRefusal::from)?;
-        self.changed.insert(entity, spline);
-        for gesture in self.edits.gestures.values_mut().filter(|g| g.spline == entity) {
-            // Where the start of the gesture refuses it, the edit lasts until the gesture's next one.
-            if let Some(before) = &gesture.before
-                && let Ok((before, _)) = apply(before.clone(), &surface, &message.edit, self.workspaces).result
-            {
-                gesture.before = Some(before);
+        if let Some((id, gesture)) = gesture {
+            gesture.before = Some(spline.clone());
+            let again = gesture.newest.clone().map(|(edit, undoable)| {
+                (apply(spline.clone(), &surface, &edit, self.workspaces).result, edit, undoable)
+            });
+            match again {
+                Some((Ok((moved, inverse)), edit, undoable)) => {
+                    spline = moved;
+                    self.edited.write(SplineEdited { entity, edit, inverse, undoable, gesture: Some(id) });
+                }
+                // What was dragged is no more: nothing is left of the gesture.
+                Some((Err(_), ..)) => {
+                    self.edits.gestures.remove(&id);
+                    self.ended.write(GestureEnded { gesture: id, entity, cancelled: true });
+                }
+                None => {}
             }
         }
+        self.changed.insert(entity, spline);
         Ok(inverse)
     }
 
@@ -439,7 +461,7 @@ impl Desk<'_, '_, '_> {
 
 impl Gesture {
     fn new(spline: Entity) -> Self {
-        Self { spline, before: None, refused: false, pace: None, running: 0.0 }
+        Self { spline, before: None, newest: None, refused: false, pace: None, running: 0.0 }
     }
 
     /// Of a row of refusals, the first is told.

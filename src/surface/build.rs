@@ -96,6 +96,11 @@ fn connect(mesh: &TriangleMesh, options: &SurfaceOptions, progress: &BuildProgre
     report.boundary_loops = fans::boundary_loops(&fans, &boundary);
     report.diagonal = (max - min).length();
     report.dropped = dropped;
+    if report.repaired() {
+        let dropped = report.dropped.iter().map(|(face, _)| *face);
+        let position = |vertex| faces.position(mesh, vertex);
+        report.places = survey::places(mesh, dropped, (&links, &orientation, &fans), position);
+    }
 
     let Orientation { flip, sheet, .. } = orientation;
     mark_flipped(&flip, &mut inner_of, &mut faces.outer_of);

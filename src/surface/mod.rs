@@ -38,7 +38,7 @@ pub use ids::{FaceId, VertexId};
 pub use memory::{ArrayMemory, SurfaceMemory};
 pub use options::{BuildProgress, NonManifoldEdges, NonManifoldVertices, NonOrientable, SurfaceOptions};
 pub use point::{PointElement, PointError, SurfacePoint};
-pub use report::{DropReason, SurfaceError, SurfaceReport};
+pub use report::{DropReason, Repair, SurfaceError, SurfaceReport};
 pub use surface::{ClosestPoint, RayHit, Surface};
 pub(crate) use surface::{InnerPoint, Zeros};
 pub use triangle_mesh::TriangleMesh;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use glam::DVec3;
+
 use super::FaceId;
 
 /// Why an input face is not part of the surface.
@@ -17,6 +19,27 @@ pub enum DropReason {
     /// An earlier face has the same corners in the same order.
     #[error("an earlier face has the same corners")]
     Duplicate,
+}
+
+/// Something that was done to a mesh at some place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+pub enum Repair {
+    /// A face was dropped: its middle, where it has one.
+    #[error("face dropped")]
+    Dropped,
+    /// A face was turned over: its middle.
+    #[error("face turned over")]
+    Flipped,
+    /// An edge has three faces or more: its middle.
+    #[error("edge of three faces or more")]
+    NonManifoldEdge,
+    /// An edge was cut because its faces could not be made to agree: its middle.
+    #[error("edge cut to orient")]
+    Cut,
+    /// A vertex was split: its place.
+    #[error("vertex split")]
+    Split,
 }
 
 /// What was found in a mesh, and what was done about it.
@@ -35,6 +58,8 @@ pub struct SurfaceReport {
     pub isolated_vertices: usize,
     /// Faces that were dropped, in order, with the reason.
     pub dropped: Vec<(FaceId, DropReason)>,
+    /// Where something was done, and what; the first [`SurfaceReport::MOST_PLACES`] of each kind.
+    pub places: Vec<(Repair, DVec3)>,
     /// Faces with a repeated corner, or with no area to speak of (twice the area ≤ 1e-10 · longest side²); the latter are
     /// kept.
     pub degenerate_faces: usize,
@@ -75,6 +100,9 @@ pub struct SurfaceReport {
 }
 
 impl SurfaceReport {
+    /// At most so many places of each kind are kept.
+    pub const MOST_PLACES: usize = 256;
+
     /// Whether building changed anything: faces dropped, flipped or cut apart.
     pub fn repaired(&self) -> bool {
         !self.dropped.is_empty()

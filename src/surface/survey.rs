@@ -1,7 +1,9 @@
 //! Counting what the mesh looked like before it was cut and split.
 
+use glam::DVec3;
+
 use super::{
-    HalfEdge, SurfaceReport,
+    FaceId, HalfEdge, Repair, SurfaceReport, TriangleMesh,
     adjacency::Adjacency,
     fans::Fans,
     orientation::{Orientation, turned},
@@ -45,6 +47,41 @@ fn fans_as_they_came(links: &Adjacency, orientation: &Orientation, fans: &Fans, 
         fans_at[welded as usize] += u32::from(joined.is_root(fan as u32));
     }
     fans_at
+}
+
+/// Where something was done: the first of each kind. `position` is that of a welded vertex.
+pub(crate) fn places(
+    mesh: &TriangleMesh,
+    dropped: impl Iterator<Item = FaceId>,
+    (links, orientation, fans): (&Adjacency, &Orientation, &Fans),
+    position: impl Fn(u32) -> DVec3,
+) -> Vec<(Repair, DVec3)> {
+    let at = |vertex: u32| position(fans.welded[vertex as usize]);
+    let middle_of_face = |face: usize| fans.triangles[face].iter().map(|v| at(*v)).sum::<DVec3>() / 3.0;
+    let middle_of_side = |h: HalfEdge| {
+        let h = turned(&orientation.flip, h);
+        let vertex = |h: HalfEdge| at(fans.triangles[h.face() as usize][h.side()]);
+        0.5 * (vertex(h) + vertex(h.next()))
+    };
+    let corners = |face: FaceId| mesh.faces[face.0 as usize].map(|v| mesh.positions[v as usize]);
+    let dropped = dropped.map(|face| corners(face).into_iter().sum::<DVec3>() / 3.0).filter(|p| p.is_finite());
+    let flipped = orientation.flip.iter().enumerate().filter(|(_, flip)| **flip).map(|(face, _)| middle_of_face(face));
+    let crowded = links.crowded.iter().filter_map(|run| run.first()).map(|h| middle_of_side(*h));
+    let cut = orientation.cuts.iter().map(|[h, _]| middle_of_side(*h));
+    // New vertices are numbered by first use, so a welded vertex that comes again was split.
+    let mut seen = vec![false; fans.welded.iter().max().map_or(0, |most| *most as usize + 1)];
+    let again = |welded: &&u32| std::mem::replace(&mut seen[**welded as usize], true);
+    let split = fans.welded.iter().filter(again).map(|welded| position(*welded));
+    let mut places = Vec::new();
+    let mut keep = |repair: Repair, found: &mut dyn Iterator<Item = DVec3>| {
+        places.extend(found.take(SurfaceReport::MOST_PLACES).map(|place| (repair, place)));
+    };
+    keep(Repair::Dropped, &mut { dropped });
+    keep(Repair::Flipped, &mut { flipped });
+    keep(Repair::NonManifoldEdge, &mut { crowded });
+    keep(Repair::Cut, &mut { cut });
+    keep(Repair::Split, &mut { split });
+    places
 }
 
 /// How many pieces sheets make that share vertices.

@@ -88,6 +88,16 @@ fn half_the_faces_flipped_are_turned_back() {
     let report = surface.report();
     assert!(report.orientable && !report.consistently_oriented);
     assert_eq!(report.flipped_faces, mesh.faces.len().div_ceil(3));
+    let turned =
+        mesh.faces.iter().step_by(3).map(|t| t.map(|v| mesh.positions[v as usize]).into_iter().sum::<DVec3>() / 3.0);
+    let mut turned: Vec<DVec3> = turned.collect();
+    assert_eq!(report.places.len(), turned.len());
+    for (repair, place) in &report.places {
+        let found =
+            turned.iter().position(|at| at.distance(*place) < 1e-12).expect("the middle of a face that was turned");
+        turned.swap_remove(found);
+        assert_eq!(*repair, Repair::Flipped);
+    }
     // Points keep the corners of the input.
     for (i, t) in mesh.faces.iter().enumerate() {
         let corners = surface.corners(FaceId(i as u32)).unwrap();
@@ -107,6 +117,10 @@ fn three_faces_on_one_edge_are_cut() {
     assert_sound(&surface);
     let report = surface.report();
     assert_eq!((report.nonmanifold_edges, report.sheets, report.components, report.boundary_loops), (1, 3, 1, 3));
+    assert_eq!(report.places[0], (Repair::NonManifoldEdge, 0.5 * DVec3::Z));
+    // Both ends of the edge are three vertices now; two of each are new.
+    let split = |at: DVec3| report.places.iter().filter(|place| **place == (Repair::Split, at)).count();
+    assert_eq!((split(DVec3::ZERO), split(DVec3::Z), report.places.len()), (2, 2, 5));
     let refuse = SurfaceOptions { nonmanifold_edges: NonManifoldEdges::Refuse, ..Default::default() };
     assert!(matches!(Surface::build(&mesh, &refuse), Err(SurfaceError::NonManifoldEdge { count: 3, .. })));
 }
@@ -122,6 +136,7 @@ fn two_tetrahedra_touching_in_a_vertex_are_parted() {
     let surface = built(&mesh);
     assert_sound(&surface);
     assert_eq!((surface.vertex_count(), surface.report().nonmanifold_vertices, surface.report().sheets), (8, 1, 2));
+    assert_eq!(surface.report().places, [(Repair::Split, DVec3::ZERO)]);
     let refuse = SurfaceOptions { nonmanifold_vertices: NonManifoldVertices::Refuse, ..Default::default() };
     assert!(matches!(Surface::build(&mesh, &refuse), Err(SurfaceError::NonManifoldVertex { .. })));
 }
@@ -146,6 +161,14 @@ fn moebius_band_is_cut_once() {
     assert_sound(&surface);
     assert!(!surface.report().orientable);
     assert_eq!((surface.report().orientation_cuts, surface.report().boundary_loops), (1, 1));
+    let side = |place: DVec3| {
+        mesh.faces
+            .iter()
+            .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
+            .any(|(a, b)| place.distance(0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize])) < 1e-12)
+    };
+    let cut = surface.report().places.iter().find(|(repair, _)| *repair == Repair::Cut).expect("a cut");
+    assert!(side(cut.1));
     let refuse = SurfaceOptions { non_orientable: NonOrientable::Refuse, ..Default::default() };
     assert!(matches!(Surface::build(&mesh, &refuse), Err(SurfaceError::NonOrientable { .. })));
 }
@@ -195,6 +218,8 @@ fn dropped_faces_have_no_points() {
     assert_eq!(surface.point(FaceId(99), [1.0, 0.0, 0.0]), Err(PointError::NoSuchFace(FaceId(99), 14)));
     assert!(surface.point(FaceId(13 - 1), [1.0, 0.0, 0.0]).is_ok());
     assert_eq!(surface.report().duplicate_faces, 1);
+    let middle = |face: usize| mesh.faces[face].map(|v| mesh.positions[v as usize]).into_iter().sum::<DVec3>() / 3.0;
+    assert_eq!(surface.report().places, [3, 13].map(|face| (Repair::Dropped, middle(face))));
     let foreign = SurfacePoint { face: FaceId(99), weights: [1.0, 0.0, 0.0] };
     assert!(surface.position(&foreign).is_nan());
 }

@@ -109,15 +109,24 @@ pub(crate) fn keep(
     if keeping.since < settings.every || keeping.task.is_some() || files.question.is_some() || scene.history.is_busy() {
         return;
     }
-    let Some(place) = place_of(files.path(), &settings) else { return };
-    if let Ok(document) = scene.document(files.path()) {
+    if let Some(work) = work(&scene, &files, &settings) {
         (keeping.revision, keeping.since) = (Some(revision), Duration::ZERO);
-        keeping.task = Some(spawn(move || {
-            if let Some(folder) = place.path().parent() {
-                std::fs::create_dir_all(folder)
-                    .map_err(|source| DocumentError::Io { path: folder.to_owned(), source })?;
-            }
-            place.save(&document)
-        }));
+        keeping.task = Some(spawn(work));
     }
+}
+
+/// The work of keeping the document as it is now; none where there is no place for it.
+pub(crate) fn work(
+    scene: &Scene,
+    files: &DocumentFile,
+    settings: &AutosaveSettings,
+) -> Option<impl FnOnce() -> Result<(), DocumentError> + Send + 'static> {
+    let place = place_of(files.path(), settings)?;
+    let document = scene.document(files.path()).ok()?;
+    Some(move || {
+        if let Some(folder) = place.path().parent() {
+            std::fs::create_dir_all(folder).map_err(|source| DocumentError::Io { path: folder.to_owned(), source })?;
+        }
+        place.save(&document)
+    })
 }

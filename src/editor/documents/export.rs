@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bevy::prelude::*;
+use glam::DMat4;
 
 use super::save::Scene;
 use super::{FileTasks, fetch};
@@ -12,12 +13,22 @@ use crate::editor::notices::Notices;
 use crate::format::export::TraceExport;
 use crate::format::save::replace_file;
 use crate::geodesic::PathFinder;
-use crate::placement::{Placement, drawing_about};
+use crate::placement::{Placement, drawing_about, drawing_in_view};
 use crate::surface::Surface;
-use crate::vector::export_svg;
+use crate::vector::{Drawing, export_svg};
 
 /// Where to, and how many curves; or why not.
 pub(crate) type ExportResult = Result<(PathBuf, usize), String>;
+
+/// How curves become a drawing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExportKind {
+    /// Unrolled from the first anchor: lengths and angles near it are true.
+    #[default]
+    Unrolled,
+    /// As the camera sees them, those behind the model too.
+    AsSeen,
+}
 
 /// What a curve is for an export.
 struct Source {
@@ -28,7 +39,11 @@ struct Source {
 
 impl Scene<'_, '_> {
     /// The work of exporting all curves that are shown.
-    pub(crate) fn export(&self, path: &Path) -> Result<impl FnOnce() -> ExportResult + Send + 'static, String> {
+    pub(crate) fn export(
+        &self,
+        path: &Path,
+        kind: ExportKind,
+    ) -> Result<impl FnOnce() -> ExportResult + Send + 'static, String> {
         let Some((entity, _, surface)) = self.models.iter().next() else {
             return Err("there is no model yet".into());
         };
@@ -47,19 +62,27 @@ impl Scene<'_, '_> {
             })
             .collect();
         let (surface, path) = (surface.0.clone(), path.to_owned());
-        Ok(move || export(&surface, &sources, path))
+        let view = match kind {
+            ExportKind::Unrolled => None,
+            ExportKind::AsSeen => Some(self.view(entity).ok_or("there is no camera that sees the model")?),
+        };
+        Ok(move || export(&surface, &sources, path, view))
     }
 }
 
-fn export(surface: &Surface, sources: &[Source], path: PathBuf) -> ExportResult {
+/// A view, if the curves are to be drawn as a camera sees them, maps the model's space to the page.
+fn export(surface: &Surface, sources: &[Source], path: PathBuf, view: Option<DMat4>) -> ExportResult {
     let is_drawing = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
     if is_drawing {
-        export_drawing(surface, sources, &path)?;
+        let drawing = match view {
+            None => unrolled(surface, sources)?,
+            Some(view) => drawing_in_view(traces(sources)?, &view).map_err(|error| error.to_string())?,
+        };
+        let text = export_svg(&drawing);
+        replace_file(&path, |file| file.write_all(text.as_bytes())).map_err(|error| error.to_string())?;
     } else {
         let mut export = TraceExport::default();
-        for source in sources {
-            let trace =
-                source.trace.as_ref().ok_or_else(|| format!("{} has no trace yet: wait a moment", source.name))?;
+        for (source, trace) in sources.iter().zip(traces(sources)?) {
             export.add(surface, source.name.clone(), trace).map_err(|error| error.to_string())?;
         }
         export.save(&path).map_err(|error| error.to_string())?;
@@ -67,8 +90,17 @@ fn export(surface: &Surface, sources: &[Source], path: PathBuf) -> ExportResult 
     Ok((path, sources.len()))
 }
 
+fn traces(sources: &[Source]) -> Result<Vec<&Trace>, String> {
+    let trace = |source: &'_ Source| match &source.trace {
+        Some(_) => Ok(()),
+        None => Err(format!("{} has no trace yet: wait a moment", source.name)),
+    };
+    sources.iter().try_for_each(trace)?;
+    Ok(sources.iter().filter_map(|source| source.trace.as_deref()).collect())
+}
+
 /// All curves as seen from the first anchor, by the logarithmic map.
-fn export_drawing(surface: &Surface, sources: &[Source], path: &Path) -> Result<(), String> {
+fn unrolled(surface: &Surface, sources: &[Source]) -> Result<Drawing, String> {
     let first = sources.first().and_then(|source| source.spline.anchors().first());
     let at = first.ok_or("there is no anchor")?.point();
     // Upwards in the model, unless that stands upright on the surface.
@@ -78,8 +110,7 @@ fn export_drawing(surface: &Surface, sources: &[Source], path: &Path) -> Result<
     let placement = Placement { at, up, scale: 0.01 * surface.diagonal() };
     let splines = sources.iter().map(|source| &source.spline);
     let drawing = drawing_about(surface, &mut PathFinder::new(), splines, &placement, glam::DVec2::ZERO);
-    let text = export_svg(&drawing.map_err(|error| error.to_string())?);
-    replace_file(path, |file| file.write_all(text.as_bytes())).map_err(|error| error.to_string())
+    drawing.map_err(|error| error.to_string())
 }
 
 /// Tells how exporting ended.

@@ -13,11 +13,13 @@ use super::tools::drawing::DrawingInHand;
 use crate::format::document::Recent;
 
 mod autosave;
+mod close;
 mod export;
 mod open;
 mod save;
 
 pub use autosave::AutosaveSettings;
+pub use export::ExportKind;
 pub(crate) use open::{Opened, Restoring, begin_on_candidate};
 
 /// Asks for something to be done with files.
@@ -30,7 +32,7 @@ pub enum FileRequest {
     /// Saves the document under another name.
     SaveAs(PathBuf),
     /// Writes all traces as OBJ, CSV or GLB lines, or as a drawing (`.svg`), told apart by how the name ends.
-    Export(PathBuf),
+    Export(PathBuf, ExportKind),
     /// Stops what is done in the background: nothing comes of it. A file that is being written is whole or as it was.
     Cancel,
     /// Answers the question that is open: goes on, or leaves everything as it is.
@@ -45,6 +47,8 @@ pub struct DocumentFile {
     /// How often a place to save to was asked for.
     places_wanted: u32,
     working: Option<&'static str>,
+    /// The user closes the editor and does not want what is not saved.
+    leaves_edits: bool,
 }
 
 /// Something to be decided before anything is done.
@@ -67,7 +71,9 @@ enum Then {
     Recover(autosave::Found),
     /// Writes over a file.
     Save(PathBuf),
-    Export(PathBuf),
+    Export(PathBuf, ExportKind),
+    /// Closes a window, and unsaved edits are lost.
+    Close(Entity),
 }
 
 impl Question {
@@ -156,10 +162,12 @@ pub(crate) fn plugin(app: &mut App) {
                 open::open_dropped,
                 take_requests,
                 (open::collect, open::collect_restored, save::collect, export::collect, autosave::keep, tell_work),
+                close::ask,
             )
                 .chain(),
         )
-        .add_systems(Startup, autosave::look_for_untitled);
+        .add_systems(Startup, autosave::look_for_untitled)
+        .add_systems(Last, close::keep_edits);
 }
 
 /// Models on which a document is restored, or that are to take the place of the one before.
@@ -190,7 +198,7 @@ fn take_requests(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
                 None => desk.files.places_wanted += 1,
             },
             FileRequest::SaveAs(path) => desk.save_as(with_extension(path)),
-            FileRequest::Export(path) => desk.export_to(path),
+            FileRequest::Export(path, kind) => desk.export_to(path, *kind),
             FileRequest::Cancel => desk.cancel(),
             FileRequest::Answer(yes) => desk.answer(*yes),
         }
@@ -213,7 +221,7 @@ impl Desk<'_, '_> {
         if self.scene.history.is_dirty() {
             let text = "There are edits that are not saved. Opening another file takes its place.".into();
             let then = Then::Open(path.to_owned());
-            self.files.question = Some(Question { text, yes: "Open, lose the edits", no: "Stay here", then });
+            self.ask(Question { text, yes: "Open, lose the edits", no: "Stay here", then });
             return;
         }
         self.open_at_once(path);
@@ -228,7 +236,7 @@ impl Desk<'_, '_> {
         if let Some(found) = autosave::beside(path, &self.settings) {
             let text = format!("{} was not saved when it was edited last.", path.display());
             let then = Then::Recover(found);
-            self.files.question = Some(Question { text, yes: "Take the newer one", no: "Open what was saved", then });
+            self.ask(Question { text, yes: "Take the newer one", no: "Open what was saved", then });
             return;
         }
         self.read(path.to_owned(), path.to_owned());
@@ -244,8 +252,9 @@ impl Desk<'_, '_> {
         match (question.then, yes) {
             (Then::Open(path), true) => self.open_at_once(&path),
             (Then::Save(path), true) => self.save(path),
-            (Then::Export(path), true) => self.export(&path),
-            (Then::Open(_) | Then::Save(_) | Then::Export(_), false) => {}
+            (Then::Export(path, kind), true) => self.export(&path, kind),
+            (Then::Close(window), true) => self.close(window),
+            (Then::Open(_) | Then::Save(_) | Then::Export(..) | Then::Close(_), false) => {}
             (Then::Recover(found), true) => self.read(found.autosave, found.document.unwrap_or_default()),
             (Then::Recover(found), false) => {
                 found.discard();
@@ -265,22 +274,38 @@ impl Desk<'_, '_> {
         }
     }
 
-    fn export_to(&mut self, path: &Path) {
+    fn export_to(&mut self, path: &Path, kind: ExportKind) {
         let whole = |path: &Path| std::fs::canonicalize(path).ok();
         let is_mesh = |mesh: &PathBuf| whole(mesh).is_some_and(|mesh| whole(path) == Some(mesh));
         if self.scene.models.iter().any(|(_, model, _)| model.path.as_ref().is_some_and(is_mesh)) {
             self.notices
                 .error(format!("Nothing was exported: {} is the model itself; choose another name.", path.display()));
         } else if path.exists() {
-            self.ask_to_replace(path.to_owned(), Then::Export(path.to_owned()));
+            self.ask_to_replace(path.to_owned(), Then::Export(path.to_owned(), kind));
         } else {
-            self.export(path);
+            self.export(path, kind);
         }
     }
 
     fn ask_to_replace(&mut self, path: PathBuf, then: Then) {
         let text = format!("{} is there already.", path.display());
-        self.files.question = Some(Question { text, yes: "Replace it", no: "Leave it", then });
+        self.ask(Question { text, yes: "Replace it", no: "Leave it", then });
+    }
+
+    /// One question at a time; one that decides for good waits for its answer.
+    fn ask(&mut self, question: Question) {
+        if self.files.question.as_ref().is_some_and(Question::decides_for_good) {
+            self.notices.warn("Answer the question that is open first.");
+        } else {
+            self.files.question = Some(question);
+        }
+    }
+
+    /// What was not saved is not wanted any more.
+    fn close(&mut self, window: Entity) {
+        self.files.leaves_edits = true;
+        autosave::discard(self.files.path(), &self.settings);
+        self.commands.entity(window).try_despawn();
     }
 
     fn cancel(&mut self) {
@@ -312,8 +337,12 @@ impl Desk<'_, '_> {
         }
     }
 
-    fn export(&mut self, path: &Path) {
-        match self.scene.export(path) {
+    fn export(&mut self, path: &Path, kind: ExportKind) {
+        if self.tasks.exporting.is_some() {
+            self.notices.warn("Another file is being exported: wait until it is done.");
+            return;
+        }
+        match self.scene.export(path, kind) {
             Ok(work) => self.tasks.exporting = Some(spawn(work)),
             Err(reason) => self.notices.error(format!("Nothing was exported: {reason}")),
         }

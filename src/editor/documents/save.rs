@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
+use glam::DMat4;
 
 use super::{DocumentFile, FileTasks, RecentDocuments, autosave, fetch};
 use crate::editor::camera::{Orbit, view_of};
@@ -22,12 +23,23 @@ pub(crate) struct Scene<'w, 's> {
     pub(crate) curves:
         Query<'w, 's, (&'static Curve, &'static SurfaceSpline, &'static OnSurface, Option<&'static SplineTrace>)>,
     cameras: Query<'w, 's, (&'static Orbit, &'static Transform, &'static Projection)>,
+    eyes: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<Orbit>>,
+    places: Query<'w, 's, &'static GlobalTransform>,
 }
 
 /// Where it was saved, in which state of the document.
 pub(crate) type SaveResult = Result<(PathBuf, Revision), (PathBuf, DocumentError)>;
 
 impl Scene<'_, '_> {
+    /// From a model's space to the page, in logical pixels with the middle at the origin and y up; w is what perspective divides by.
+    pub(crate) fn view(&self, model: Entity) -> Option<DMat4> {
+        let (camera, eye) = self.eyes.iter().find(|(camera, _)| camera.is_active)?;
+        let size = camera.logical_viewport_size()?.as_dvec2();
+        let to_world = self.places.get(model).ok()?.to_matrix().as_dmat4();
+        let to_clip = camera.clip_from_view().as_dmat4() * eye.to_matrix().as_dmat4().inverse();
+        Some(DMat4::from_scale((0.5 * size).extend(1.0)) * to_clip * to_world)
+    }
+
     /// The document as it is now, for a file at some place.
     pub(crate) fn document(&self, at: Option<&Path>) -> Result<Document, String> {
         let Some((entity, model, surface)) = self.models.iter().next() else {

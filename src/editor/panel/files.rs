@@ -8,7 +8,7 @@ use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::
 use bevy_egui::egui;
 
 use super::theme;
-use crate::editor::documents::{DocumentFile, FileRequest, RecentDocuments};
+use crate::editor::documents::{DocumentFile, ExportKind, FileRequest, RecentDocuments};
 use crate::editor::history::History;
 
 /// What a file is asked for.
@@ -67,11 +67,11 @@ impl Purpose {
         }
     }
 
-    fn request(self, path: PathBuf) -> FileRequest {
+    fn request(self, path: PathBuf, kind: ExportKind) -> FileRequest {
         match self {
             Self::Open | Self::Drawing => FileRequest::Open(path),
             Self::SaveAs => FileRequest::SaveAs(path),
-            Self::Export => FileRequest::Export(path),
+            Self::Export => FileRequest::Export(path, kind),
         }
     }
 }
@@ -85,6 +85,8 @@ pub(crate) struct FileDialog {
     is_new: bool,
     /// How often a place to save to was wanted when this was asked last.
     places_wanted: u32,
+    /// How an SVG is drawn.
+    kind: ExportKind,
     browsing: Option<Task<Option<PathBuf>>>,
 }
 
@@ -189,7 +191,7 @@ fn show_dialog(ctx: &egui::Context, files: &mut Files) {
     if let Some(found) = browsed {
         dialog.browsing = None;
         if let (Some(path), Some(requests)) = (found, &mut files.requests) {
-            requests.write(purpose.request(path));
+            requests.write(purpose.request(path, dialog.kind));
             dialog.purpose = None;
             return;
         }
@@ -213,6 +215,14 @@ fn show_dialog(ctx: &egui::Context, files: &mut Files) {
             state.store(ui.ctx(), field.id);
         }
         go |= field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        if purpose == Purpose::Export && path.trim().to_lowercase().ends_with(".svg") {
+            ui.horizontal(|ui| {
+                let unrolled = "Flat, as if unrolled from the first anchor: lengths and angles near it are true";
+                ui.radio_value(&mut dialog.kind, ExportKind::Unrolled, "Unrolled").on_hover_text(unrolled);
+                let seen = "As the camera sees them now";
+                ui.radio_value(&mut dialog.kind, ExportKind::AsSeen, "As seen").on_hover_text(seen);
+            });
+        }
         ui.horizontal(|ui| {
             go |= ui.add_enabled(!path.trim().is_empty(), egui::Button::new(purpose.title())).clicked();
             if ui.add_enabled(dialog.browsing.is_none(), egui::Button::new("Browse …")).clicked() {
@@ -224,7 +234,7 @@ fn show_dialog(ctx: &egui::Context, files: &mut Files) {
     if go && !path.trim().is_empty() {
         let path = PathBuf::from(path.trim());
         if let Some(requests) = &mut files.requests {
-            requests.write(purpose.request(path));
+            requests.write(purpose.request(path, dialog.kind));
         }
         dialog.purpose = None;
     } else if leave || modal.should_close() {

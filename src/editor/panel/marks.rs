@@ -2,6 +2,7 @@
 //! anchors, small discs for handles.
 
 use crate::curve::HandleSide;
+use crate::plugin::SplinePickingSettings;
 use crate::prelude::*;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::hover::HoverMap;
@@ -37,6 +38,7 @@ pub struct Marks<'w, 's> {
     pull: Res<'w, PenPull>,
     insert: Res<'w, InsertPreview>,
     boxed: Res<'w, BoxSelection>,
+    picking: Res<'w, SplinePickingSettings>,
     hover: Res<'w, HoverMap>,
 }
 
@@ -166,7 +168,9 @@ pub(crate) fn paint(ctx: &egui::Context, marks: &Marks) {
         painter.rect(part, CornerRadius::ZERO, theme::egui_color(colors::ACCENT, 0.08), edge, StrokeKind::Inside);
     }
     for mark in marks.all() {
-        let opacity = if mark.visible { 1.0 } else { colors::BEHIND };
+        // What can be grabbed looks like it.
+        let behind = if marks.picking.see_through { colors::SEE_THROUGH } else { colors::BEHIND };
+        let opacity = if mark.visible { 1.0 } else { behind };
         let accent = if mark.hovered { colors::hovered(colors::ACCENT) } else { colors::ACCENT };
         let accent = theme::egui_color(accent, opacity);
         let white = theme::egui_color(Color::WHITE, opacity);

@@ -15,6 +15,7 @@ use crate::plugin::SurfaceSplineSystems;
 
 pub(crate) mod curvature;
 pub(crate) mod files;
+pub(crate) mod gizmo;
 pub(crate) mod help;
 pub(crate) mod history;
 pub(crate) mod marks;
@@ -133,7 +134,7 @@ type Tabs<'w, 's> =
 fn show(
     mut contexts: EguiContexts,
     (mut layout, mut free_view): (ResMut<Layout>, ResMut<FreeView>),
-    marks: Marks,
+    (marks, gizmo): (Marks, gizmo::GizmoLook),
     tabs: Tabs,
     status: Status,
     (mut notices, mut files): (ResMut<Notices>, files::Files),
@@ -141,6 +142,7 @@ fn show(
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
     let window = ctx.viewport_rect();
+    gizmo::paint(ctx, &gizmo, &marks);
     marks::paint(ctx, &marks);
     let hidden = layout.panel_hidden;
     let left = if hidden { window.left() } else { strip::show(ctx, window, &status, &mut actions) };
@@ -150,7 +152,7 @@ fn show(
     if !hidden {
         show_panel(ctx, window, right, &mut layout, (tabs, &mut files), &mut actions);
     }
-    notices::show(ctx, right, &mut notices);
+    notices::show(ctx, right, &mut notices, &mut actions);
     files::show(ctx, &mut files);
     if layout.help {
         layout.help = help::show(ctx, &mut layout.search);

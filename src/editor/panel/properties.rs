@@ -131,7 +131,7 @@ fn show_position(
     let speed = 0.002 * model.unit;
     ui.add_space(4.0);
     ui.label("Position").on_hover_text("In the model's own units; the nearest place on the surface is taken");
-    let mut moved = false;
+    let (mut moved, mut slides, mut ended) = (false, false, false);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         for (axis, value) in ["x", "y", "z"].into_iter().zip(&mut typed) {
@@ -139,14 +139,21 @@ fn show_position(
             let field = field.custom_formatter(|value, _| significant(value, 4)).prefix(format!("{axis} "));
             let response = ui.add(field.max_decimals(9));
             moved |= response.changed();
+            slides |= response.dragged();
+            ended |= response.drag_stopped();
         }
     });
     let wanted = model.of_file(DVec3::from_array(typed));
-    if !moved || !wanted.is_finite() {
-        return;
+    if moved
+        && wanted.is_finite()
+        && let Some(nearest) = surface.closest_point(wanted)
+    {
+        // A way of the pointer over the field is one entry of the history, as is a number that is typed.
+        let to = nearest.point;
+        actions.write(if slides { EditorAction::SlideAnchorTo(to) } else { EditorAction::MoveAnchorTo(to) });
     }
-    if let Some(nearest) = surface.closest_point(wanted) {
-        actions.write(EditorAction::MoveAnchorTo(nearest.point));
+    if ended {
+        actions.write(EditorAction::EndSlide);
     }
 }
 

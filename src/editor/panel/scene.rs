@@ -5,19 +5,21 @@ use bevy::prelude::*;
 use bevy_egui::egui;
 
 use super::{Layout, theme};
-use crate::editor::actions::EditorAction;
+use crate::editor::actions::{EditorAction, ShownRepairs};
 use crate::editor::curves::Curve;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::Tool;
 use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::{Freehand, FreehandSettings};
-use crate::plugin::{SplineState, SurfaceSpline};
+use crate::plugin::{BuiltSurface, SplinePickingSettings, SplineState, SurfaceSpline};
 
 /// What the tab shows.
 #[derive(SystemParam)]
 pub(crate) struct Scene<'w, 's> {
-    models: Query<'w, 's, &'static Model>,
+    models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
+    picking: Res<'w, SplinePickingSettings>,
+    repairs: Res<'w, ShownRepairs>,
     curves: Query<'w, 's, (Entity, &'static Curve, &'static SplineState), With<SurfaceSpline>>,
     selection: Res<'w, Selection>,
     freehand: ResMut<'w, FreehandSettings>,
@@ -32,7 +34,7 @@ pub(crate) fn show(
     scene: &mut Scene,
     actions: &mut MessageWriter<EditorAction>,
 ) {
-    for model in &scene.models {
+    for (model, _) in &scene.models {
         ui.add(egui::Label::new(egui::RichText::new(&model.name).weak()).truncate());
     }
     show_tool(ui, scene);
@@ -42,6 +44,18 @@ pub(crate) fn show(
             actions.write(EditorAction::BeginSpline);
         }
     });
+    let mut through = scene.picking.see_through;
+    let meaning = "Z: what is behind the model can be taken too";
+    if ui.checkbox(&mut through, "See through").on_hover_text(meaning).changed() {
+        actions.write(EditorAction::ToggleSeeThrough);
+    }
+    if scene.models.iter().any(|(_, surface)| surface.report().repaired()) {
+        let mut shown = scene.repairs.0;
+        let meaning = "Marks the places where the model was repaired when it was opened";
+        if ui.checkbox(&mut shown, "Repairs").on_hover_text(meaning).changed() {
+            actions.write(EditorAction::ToggleRepairs);
+        }
+    }
 }
 
 /// What the tool in hand can be told.
@@ -79,7 +93,9 @@ fn show_list(ui: &mut egui::Ui, layout: &mut Layout, scene: &Scene, actions: &mu
     }
     // Thousands of rows would take longer to lay out than a frame has.
     let height = ui.text_style_height(&egui::TextStyle::Button) + 8.0;
-    let rows = egui::ScrollArea::vertical().max_height(320.0).auto_shrink([false, true]);
+    // As much as the window has; what is around it keeps its place.
+    let rows = (ui.ctx().viewport_rect().height() - 380.0).max(160.0);
+    let rows = egui::ScrollArea::vertical().max_height(rows).auto_shrink([false, true]);
     rows.show_rows(ui, height, curves.len(), |ui, shown| {
         for (entity, curve, state) in &curves[shown] {
             show_row(ui, layout, scene, (*entity, curve, state), actions);

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::{PointerEvent, Target, Tool, ToolPointer};
 use crate::curve::SplineEdit;
+use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::plugin::EditSpline;
 use crate::surface::SurfacePoint;
@@ -17,6 +18,7 @@ pub(crate) fn insert(
     pointer: Res<ToolPointer>,
     mut preview: ResMut<InsertPreview>,
     mut selection: ResMut<Selection>,
+    mut notices: ResMut<Notices>,
     mut edits: MessageWriter<EditSpline>,
 ) {
     if *tool != Tool::Insert {
@@ -35,8 +37,11 @@ pub(crate) fn insert(
                 edits.write(EditSpline::new(spline, SplineEdit::Insert { at: hit.t }).undoable());
                 selection.select_anchor_next(spline, hit.t.0.max(0.0).floor() as u32 + 1);
             }
-            Target::Surface | Target::Nothing => selection.clear(),
-            Target::Control { .. } => {}
+            Target::Surface | Target::Nothing => {
+                selection.clear();
+                notices.info("Click on a curve: the anchor is added where it is clicked.");
+            }
+            Target::Control { .. } | Target::Gizmo(_) => {}
         }
     }
 }

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 
 use super::{PointerEvent, Target, Tool, ToolPointer};
 use crate::editor::actions::EditorAction;
+use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::plugin::ControlKind;
 
@@ -11,6 +12,7 @@ pub(crate) fn click(
     tool: Res<Tool>,
     pointer: Res<ToolPointer>,
     mut selection: ResMut<Selection>,
+    mut notices: ResMut<Notices>,
     mut actions: MessageWriter<EditorAction>,
 ) {
     if *tool != Tool::Join {
@@ -23,9 +25,13 @@ pub(crate) fn click(
                 selection.select_anchor(spline, anchor);
                 actions.write(EditorAction::CycleJoin);
             }
+            Target::Gizmo(_) => {}
             // Its anchors appear, and can be clicked then.
             Target::Curve { spline, .. } => selection.select(spline),
-            Target::Surface | Target::Nothing => selection.clear(),
+            Target::Surface | Target::Nothing => {
+                selection.clear();
+                notices.info("Click on a curve to see its anchors, then on an anchor to change its join.");
+            }
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::plugin::{ControlKind, DragModifiers, DragSettings, DragState, SplineP
 
 pub(crate) mod drawing;
 pub(crate) mod freehand;
+pub(crate) mod gizmo;
 pub(crate) mod insert;
 pub(crate) mod join;
 pub(crate) mod pen;
@@ -89,6 +90,7 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<select::BoxSelection>()
         .init_resource::<insert::InsertPreview>()
         .init_resource::<transform::Transforming>()
+        .init_resource::<gizmo::SelectionGizmo>()
         .init_resource::<freehand::Freehand>()
         .init_resource::<freehand::FreehandSettings>()
         .register_type::<freehand::FreehandSettings>()
@@ -118,7 +120,8 @@ pub(crate) fn plugin(app: &mut App) {
             )
                 .chain()
                 .in_set(ToolSystems),
-        );
+        )
+        .add_systems(PostUpdate, gizmo::place.in_set(SurfaceSplineSystems::Draw));
 }
 
 /// The plugin drags single control points, but not those that a tool wants for itself: with Alt a drag orbits, and of several

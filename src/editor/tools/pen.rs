@@ -99,6 +99,8 @@ impl Desk<'_, '_> {
             && let Some((on, point)) = at.surface
         {
             self.add_anchor(on, point);
+        } else if at.surface.is_none() {
+            self.notices.info("Click on the model: the pen draws on its surface.");
         }
     }
 
@@ -108,6 +110,8 @@ impl Desk<'_, '_> {
         let last = active.anchors().len().saturating_sub(1) as u32;
         if anchor == 0 && last > 1 {
             self.edits.write(EditSpline::new(entity, SplineEdit::Close).undoable());
+        } else if anchor == 0 {
+            self.notices.info("A curve is closed when it has three anchors: add one first.");
         } else if anchor == last
             && let Some(to) = active.anchors().last().map(|last| last.point())
         {

@@ -8,6 +8,7 @@ use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, PointerInput};
 use bevy::prelude::*;
 
+use super::gizmo::{GizmoPart, SelectionGizmo};
 use crate::editor::curves::Curve;
 use crate::editor::input::{Modifiers, PanelInput};
 use crate::plugin::{BuiltSurface, ControlKind, ControlPoint, CurveHit, Picker, SurfaceSpline};
@@ -25,6 +26,8 @@ pub(crate) enum Target {
     Control { spline: Entity, kind: ControlKind },
     /// A curve.
     Curve { spline: Entity, hit: CurveHit },
+    /// The gizmo of the selection.
+    Gizmo(GizmoPart),
     /// The bare surface.
     Surface,
     /// Nothing: the background.
@@ -116,6 +119,7 @@ pub(crate) struct PointerScene<'w, 's> {
     splines: Query<'w, 's, Option<&'static Curve>, With<SurfaceSpline>>,
     surfaces: Query<'w, 's, (), With<BuiltSurface>>,
     windows: Query<'w, 's, (), With<Window>>,
+    gizmo: Res<'w, SelectionGizmo>,
 }
 
 impl PointerScene<'_, '_> {
@@ -128,8 +132,11 @@ impl PointerScene<'_, '_> {
             Some(control) => Target::Control { spline: control.spline, kind: control.kind },
             None => match self.curves_under(camera, at).first() {
                 Some((spline, hit)) => Target::Curve { spline: *spline, hit: *hit },
-                None if surface.is_some() => Target::Surface,
-                None => Target::Nothing,
+                None => match self.gizmo.part_at(at) {
+                    Some(part) => Target::Gizmo(part),
+                    None if surface.is_some() => Target::Surface,
+                    None => Target::Nothing,
+                },
             },
         };
         Some(Moment { at, camera, target, surface, modifiers })

@@ -18,7 +18,7 @@ pub(crate) fn moves_selection(from: &Moment, selection: &Selection) -> bool {
         Target::Control { spline, kind: ControlKind::Anchor(anchor) } => {
             selection.anchors().len() > 1 && selection.has_anchor(spline, anchor)
         }
-        Target::Curve { .. } => true,
+        Target::Curve { .. } | Target::Gizmo(_) => true,
         _ => false,
     }
 }

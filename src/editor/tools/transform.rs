@@ -1,13 +1,15 @@
-//! Moving, turning and scaling what is selected: by a key and the pointer, by a number that is typed, or by dragging a curve or
-//! one of several selected anchors.
+//! Moving, turning and scaling what is selected: by a key and the pointer, by a number that is typed, or by dragging the gizmo, a curve
+//! or one of several selected anchors.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
+use super::gizmo::SelectionGizmo;
 use super::{Moment, PointerEvent, Target, Tool, ToolPointer, select};
-use crate::curve::{SelectionTransform, Spline, SplineEdit};
+use crate::curve::{SelectionTransform, SplineEdit};
 use crate::editor::history::History;
 use crate::editor::input::Modifiers;
+use crate::editor::model::Model;
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::plugin::{
@@ -57,8 +59,10 @@ pub(crate) struct Transforming(pub(crate) Option<Active>);
 #[derive(Clone, Debug)]
 pub(crate) struct Active {
     pub(crate) mode: TransformMode,
-    model: Entity,
+    pub(crate) model: Entity,
     pub(crate) centre: SurfacePoint,
+    /// Where a move leads.
+    pub(crate) to: Option<SurfacePoint>,
     parts: Vec<Part>,
     /// Where the pointer was at the beginning, and where the centre was seen then.
     from: Vec2,
@@ -97,6 +101,8 @@ pub(crate) struct Desk<'w, 's> {
     views: SurfaceQueries<'w, 's>,
     picker: Picker<'w, 's>,
     cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform)>,
+    models: Query<'w, 's, &'static Model>,
+    gizmo: Res<'w, SelectionGizmo>,
 }
 
 pub(crate) fn transform(
@@ -185,6 +191,13 @@ impl Active {
     }
 }
 
+/// The surface point nearest to the mean of some.
+pub(crate) fn middle(surface: &Surface, points: impl Iterator<Item = SurfacePoint>) -> Option<SurfacePoint> {
+    let (sum, count) =
+        points.fold((glam::DVec3::ZERO, 0.0), |(sum, count), p| (sum + surface.position(&p), count + 1.0));
+    Some(surface.closest_point(sum / count)?.point)
+}
+
 fn is_modifier(key: &KeyCode) -> bool {
     matches!(key, KeyCode::ShiftLeft | KeyCode::ShiftRight | KeyCode::ControlLeft | KeyCode::ControlRight)
 }
@@ -235,6 +248,9 @@ impl Desk<'_, '_> {
         });
         let Some(from) = from else { return };
         let Some((model, parts)) = self.parts() else { return };
+        if let (Target::Gizmo(part), Some(gizmo)) = (from.target, &self.gizmo.0) {
+            return self.start(part.mode(), model, gizmo.centre, parts, &from, true);
+        }
         let grabbed = match from.target {
             Target::Curve { hit, .. } => Some(hit.point),
             Target::Control { spline, kind } => self.splines.get(spline).ok().and_then(|(s, _)| kind.point(s)),
@@ -262,18 +278,12 @@ impl Desk<'_, '_> {
 
     /// The surface point nearest to the mean of all anchors.
     fn middle(&self, model: Entity, parts: &[Part]) -> Option<SurfacePoint> {
-        let surface: &Surface = self.surfaces.get(model).ok()?;
-        let (mut sum, mut count) = (glam::DVec3::ZERO, 0.0);
-        for part in parts {
-            let spline: &Spline = self.splines.get(part.spline).ok()?.0;
-            for (index, anchor) in (0..).zip(spline.anchors()) {
-                if part.anchors.as_ref().is_none_or(|anchors| anchors.contains(&index)) {
-                    sum += surface.position(&anchor.point());
-                    count += 1.0;
-                }
-            }
-        }
-        Some(surface.closest_point(sum / count)?.point)
+        let anchors = parts.iter().filter_map(|part| Some((part, self.splines.get(part.spline).ok()?.0)));
+        let points = anchors.flat_map(|(part, spline)| {
+            let taken = |index: &u32| part.anchors.as_ref().is_none_or(|anchors| anchors.contains(index));
+            (0..).zip(spline.anchors()).filter(move |(index, _)| taken(index)).map(|(_, anchor)| anchor.point())
+        });
+        middle(self.surfaces.get(model).ok()?, points)
     }
 
     fn start(
@@ -294,7 +304,7 @@ impl Desk<'_, '_> {
         let (from, at, camera, typed) = (pointer.at, pointer.at, pointer.camera, String::new());
         let centre_at = seen.unwrap_or(from);
         self.active.0 =
-            Some(Active { mode, model, centre, parts, from, centre_at, camera, typed, by_drag, at, amount });
+            Some(Active { mode, model, centre, to: None, parts, from, centre_at, camera, typed, by_drag, at, amount });
     }
 
     /// Sends the transform since the beginning, of the splines as they were then.
@@ -323,13 +333,15 @@ impl Desk<'_, '_> {
                 let way = surface.log(&centre, &to).ok()?;
                 // Longer ways than around the model mean nothing, and take long to walk.
                 let most = 4.0 * surface.diagonal();
-                let typed = active.number().map(|length| length.clamp(-most, most));
+                // Lengths are shown and typed in the units of the model's file, where it has one.
+                let unit = self.models.get(active.model).map_or(1.0, |model| model.unit);
+                let typed = active.number().map(|length| (length / unit).clamp(-most, most));
                 let length = typed.unwrap_or(stepped(way.length(), STEPS[0] * surface.diagonal()));
                 if length != way.length() && way.length() > 0.0 {
                     let heading = if length < 0.0 { surface.opposite(&centre, &way).ok()? } else { way };
                     to = surface.walk(&centre, &heading, length.abs()).ok()?.path.end();
                 }
-                active.amount = length;
+                (active.amount, active.to) = (length * unit, Some(to));
                 Some(SelectionTransform::translation(centre, to))
             }
             TransformMode::Turn => {

@@ -4,7 +4,7 @@
 //! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
 
 use crate::curve::HandleSide;
-use crate::geodesic::GeodesicPath;
+use crate::geodesic::{GeodesicPath, PathFinder};
 use crate::prelude::*;
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::PointerId;
@@ -13,7 +13,7 @@ use bevy::prelude::*;
 use crate::editor::colors;
 use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
-use crate::editor::tools::pen::PenPull;
+use crate::editor::tools::pen::{PenPull, PenStart};
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
 pub(super) const ON_TOP: f32 = -0.0007;
@@ -57,7 +57,8 @@ fn draw_legs(
     (mut plain, mut faint): (Gizmos<LegLines>, Gizmos<FaintLegLines>),
     surfaces: SurfaceQueries,
     splines: Query<(Entity, &SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
-    pull: Res<PenPull>,
+    (pull, start): (Res<PenPull>, Res<PenStart>),
+    mut finder: Local<PathFinder>,
 ) {
     let color = colors::ACCENT.mix(&Color::WHITE, 0.55);
     for (entity, spline, on, polygon) in &splines {
@@ -72,6 +73,14 @@ fn draw_legs(
             faint.linestrip(line.iter().copied(), color.with_alpha(colors::BEHIND));
             plain.linestrip(line, color);
         }
+    }
+    // The handle that is pulled out of the first point of a spline that is not there yet.
+    if let Some((first, handle)) = start.0.and_then(|first| Some((first, first.handle?)))
+        && let Some(view) = surfaces.get(first.on)
+        && let Ok(leg) = finder.shortest(view.surface(), &first.at, &handle)
+    {
+        let positions = leg.positions(view.surface());
+        plain.linestrip(positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())), color);
     }
 }
 

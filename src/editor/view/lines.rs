@@ -52,7 +52,7 @@ type Curves<'w, 's> = Query<
         Option<Ref<'static, TracePreview>>,
         &'static OnSurface,
         Option<&'static Curve>,
-        Option<&'static Look>,
+        Option<(&'static Look, &'static CurveLines)>,
     ),
     With<SurfaceSpline>,
 >;
@@ -63,7 +63,9 @@ fn draw_curves(
     curves: Curves,
     (selection, hover): (Res<Selection>, Res<HoverMap>),
     mut gizmos: ResMut<Assets<GizmoAsset>>,
+    mut leaving: Local<Vec<Entity>>,
 ) {
+    leaving.drain(..).for_each(|line| commands.entity(line).try_despawn());
     let selected: EntityHashSet = selection.splines().iter().copied().collect();
     let hovered = hover.get(&PointerId::Mouse);
     for (entity, trace, preview, on, curve, before) in &curves {
@@ -85,7 +87,7 @@ fn draw_curves(
         };
         let moved = trace.as_ref().is_some_and(|trace| trace.is_changed())
             || preview.as_ref().is_some_and(|preview| preview.is_changed());
-        if before == Some(&look) && !moved {
+        if before.is_some_and(|(before, _)| *before == look) && !moved {
             continue;
         }
         let pieces: Vec<&[Vec3]> = match (&preview, &trace) {
@@ -104,8 +106,9 @@ fn draw_curves(
             (Gizmo { handle: gizmos.add(asset), line_config, depth_bias }, LineOf(entity), ChildOf(look.on))
         };
         let (near, through) = (line(ON_TOP, 1.0), line(IN_FRONT_OF_ALL, colors::BEHIND));
-        // The old ones go first: commands are carried out in order.
-        commands.entity(entity).despawn_related::<CurveLines>().try_insert(look);
+        // The renderer has new lines with the next frame: the old ones stay until then.
+        leaving.extend(before.iter().flat_map(|(_, lines)| lines.iter()));
+        commands.entity(entity).try_insert(look);
         commands.spawn(near);
         commands.spawn((through, ShinesThrough));
     }

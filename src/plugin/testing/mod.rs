@@ -62,7 +62,8 @@ pub fn unfinished_headless_app_with(assets: AssetPlugin) -> App {
         MinimalPlugins,
         TransformPlugin,
         bevy::input::InputPlugin,
-        bevy::window::WindowPlugin::default(),
+        // What closes windows is the app's to say.
+        bevy::window::WindowPlugin { close_when_requested: false, ..default() },
         assets,
         ImagePlugin::default(),
         bevy::mesh::MeshPlugin,

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use bevy::prelude::*;
 use bevy_surface_splines::editor::{
-    AutosaveSettings, CameraPlugin, DocumentFile, DrawingInHand, EditorAction, EditorToolsPlugin, FileRequest,
-    FirstModel, History, Model, ModelPlugin, Notices, Orbit, Severity, Tool,
+    AutosaveSettings, CameraPlugin, DocumentFile, DrawingInHand, EditorAction, EditorToolsPlugin, ExportKind,
+    FileRequest, FirstModel, History, Model, ModelPlugin, Notices, Orbit, Severity, Tool,
 };
 use bevy_surface_splines::format::document::Document;
 use bevy_surface_splines::plugin::SurfaceSplinePlugins;
@@ -211,13 +211,56 @@ fn unsaved_edits_are_kept_and_found_again() {
     assert!(!is_dirty(&other) && autosave.recovery().is_none());
 }
 
+/// All numbers of the paths of a drawing, in order.
+fn drawing_numbers(svg: &str) -> Vec<f32> {
+    let paths = svg.split(" d=\"").skip(1).filter_map(|rest| rest.split('"').next());
+    let words = paths.flat_map(|path| path.split(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c))));
+    words.filter_map(|word| word.parse().ok()).collect()
+}
+
+#[test]
+fn a_window_with_unsaved_edits_asks_before_it_closes() {
+    use bevy::window::{PrimaryWindow, WindowCloseRequested};
+    let folder = Folder::new("closing");
+    let settings = AutosaveSettings { every: Duration::from_secs(3600), folder: Some(folder.0.clone()), enabled: true };
+    let mut studio = program(None, settings.clone());
+    let window = |studio: &mut Studio| {
+        let world = studio.app.world_mut();
+        world.query_filtered::<Entity, With<PrimaryWindow>>().iter(world).next()
+    };
+    let close = |studio: &mut Studio| {
+        let window = window(studio).expect("a window");
+        studio.app.world_mut().write_message(WindowCloseRequested { window });
+        studio.app.update();
+        studio.app.update();
+    };
+    studio.draw(&[CENTRE + Vec2::new(-100.0, 0.0), CENTRE]);
+    close(&mut studio);
+    assert!(studio.app.world().resource::<DocumentFile>().question().is_some() && window(&mut studio).is_some());
+    ask(&mut studio, FileRequest::Answer(false));
+    assert!(window(&mut studio).is_some(), "it stays");
+    // A program that ends without a question keeps them.
+    let kept = bevy_surface_splines::format::document::Autosave::in_folder(&folder.0, None);
+    studio.app.world_mut().write_message(AppExit::Success);
+    studio.app.update();
+    assert!(kept.recovery().is_some(), "kept when the program ends");
+    // Whoever does not want them loses them.
+    close(&mut studio);
+    ask(&mut studio, FileRequest::Answer(true));
+    assert!(window(&mut studio).is_none() && kept.recovery().is_none());
+    // Where all is saved there is no question.
+    let mut studio = program(None, AutosaveSettings { enabled: false, ..settings });
+    close(&mut studio);
+    assert!(window(&mut studio).is_none());
+}
+
 #[test]
 fn traces_and_drawings_are_exported() {
     let folder = Folder::new("exports");
     let mut studio = program(None, AutosaveSettings::default());
     let export = |studio: &mut Studio, name: &str| {
         let path = folder.0.join(name);
-        ask(studio, FileRequest::Export(path.clone()));
+        ask(studio, FileRequest::Export(path.clone(), ExportKind::Unrolled));
         path
     };
     assert!(!export(&mut studio, "none.obj").exists());
@@ -227,6 +270,13 @@ fn traces_and_drawings_are_exported() {
         let path = export(&mut studio, name);
         assert!(std::fs::metadata(&path).is_ok_and(|file| file.len() > 100), "{name}: {:?}", errors(&studio));
     }
+    let path = folder.0.join("seen.svg");
+    ask(&mut studio, FileRequest::Export(path.clone(), ExportKind::AsSeen));
+    let text = std::fs::read_to_string(&path).expect("a drawing");
+    // The page has its middle where the window has it, y down, as drawings have it.
+    let numbers = drawing_numbers(&text);
+    let is_there = |place: Vec2| numbers.windows(2).any(|pair| Vec2::new(pair[0], pair[1]).distance(place) < 1.0);
+    assert!(is_there(Vec2::new(-200.0, 0.0)) && is_there(Vec2::new(-160.0, 60.0)), "{text}");
     export(&mut studio, "lines.xyz");
     assert_eq!(errors(&studio).len(), 2, "an unknown format is refused");
 }

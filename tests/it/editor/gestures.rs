@@ -2,8 +2,9 @@
 
 use bevy::prelude::*;
 use bevy_surface_splines::curve::TraceWorkspace;
-use bevy_surface_splines::editor::{EditorAction, Freehand};
+use bevy_surface_splines::editor::{Curve, DrawingInHand, EditorAction, Freehand, Notices, TakeDrawing, Tool};
 use bevy_surface_splines::plugin::ControlKind;
+use bevy_surface_splines::plugin::testing::update_until;
 use bevy_surface_splines::prelude::*;
 
 use super::{CENTRE, Studio};
@@ -65,7 +66,7 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
     if held {
         studio.hand.hold(&mut studio.app, KeyCode::ShiftLeft);
     }
-    let what = match random.below(18) {
+    let what = match random.below(22) {
         0 => {
             studio.strike(KeyCode::KeyP);
             for _ in 0..=random.below(3) {
@@ -163,6 +164,23 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
             studio.drag(&places);
             "box and drag"
         }
+        18 => {
+            place_drawing(studio, random);
+            "drawing"
+        }
+        19 => {
+            take_an_anchor(studio, random);
+            slide(studio, random);
+            "slide"
+        }
+        20 => {
+            restyle(studio, random);
+            "look"
+        }
+        21 => {
+            interrupt(studio, random);
+            "keys in the middle of a drag"
+        }
         12 => {
             // Taken back half way.
             studio.strike(KeyCode::KeyV);
@@ -188,6 +206,84 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
         studio.hand.let_go(&mut studio.app, KeyCode::ShiftLeft);
     }
     what
+}
+
+/// Places a small drawing somewhere, if it is not too much already.
+fn place_drawing(studio: &mut Studio, random: &mut Random) {
+    let path = std::env::temp_dir().join(format!("splines-gestures-{}.svg", std::process::id()));
+    let svg = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10">
+        <path d="M 1 5 C 3 1 7 9 9 5"/><circle cx="5" cy="5" r="2"/></svg>"#;
+    std::fs::write(&path, svg).expect("a file");
+    studio.app.world_mut().write_message(TakeDrawing(path.clone()));
+    let taken = update_until(&mut studio.app, |world| world.resource::<DrawingInHand>().name().is_some());
+    assert!(taken, "the drawing is read");
+    let _ = std::fs::remove_file(path);
+    let place = somewhere(random);
+    studio.hand.move_to(&mut studio.app, place);
+    studio.hand.wheel(&mut studio.app, random.signed() * 2.0);
+    studio.click(place);
+    studio.act(EditorAction::Take(Tool::Select));
+    // It is placed in the background.
+    for _ in 0..500 {
+        if !studio.app.world().resource::<DrawingInHand>().is_busy() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        studio.app.update();
+    }
+}
+
+/// A field of the panel is dragged: of the active anchor's position, or of the scheme.
+fn slide(studio: &mut Studio, random: &mut Random) {
+    for _ in 0..=random.below(4) {
+        let action = if random.below(2) == 0 {
+            let aim = glam::DVec3::new(random.signed().into(), random.signed().into(), 1.0);
+            EditorAction::SlideAnchorTo(studio.surface().closest_point(aim).expect("a place").point)
+        } else {
+            EditorAction::SlideScheme(Scheme::de_casteljau().with_levels(2 + random.below(3) as u8))
+        };
+        studio.act(action);
+    }
+    studio.act(EditorAction::EndSlide);
+}
+
+fn restyle(studio: &mut Studio, random: &mut Random) {
+    let splines = studio.splines();
+    if splines.is_empty() {
+        return;
+    }
+    let (entity, _) = splines[random.below(splines.len() as u32) as usize];
+    let mut curve = studio.app.world().get::<Curve>(entity).expect("a curve").clone();
+    match random.below(3) {
+        0 => curve.hidden = !curve.hidden,
+        1 => curve.locked = !curve.locked,
+        _ => curve.name = format!("Renamed {}", random.below(1000)),
+    }
+    studio.act(EditorAction::Restyle(entity, curve));
+}
+
+/// Keys are struck, and actions asked for, while something is dragged.
+fn interrupt(studio: &mut Studio, random: &mut Random) {
+    studio.strike(KeyCode::KeyV);
+    let places = way(on_something(studio, random), random);
+    for (index, place) in places.into_iter().enumerate() {
+        studio.hand.move_to(&mut studio.app, place);
+        match index {
+            0 => studio.hand.press(&mut studio.app, MouseButton::Left),
+            1 => {
+                let keys = [KeyCode::KeyX, KeyCode::KeyC, KeyCode::KeyP, KeyCode::KeyO, KeyCode::KeyG, KeyCode::KeyK];
+                studio.strike(keys[random.below(6) as usize]);
+            }
+            2 => {
+                let asked =
+                    [EditorAction::Undo, EditorAction::Delete, EditorAction::ToggleClosed, EditorAction::Reverse];
+                studio.act(asked[random.below(4) as usize].clone());
+            }
+            _ => {}
+        }
+    }
+    studio.hand.release(&mut studio.app, MouseButton::Left);
+    studio.strike(KeyCode::Enter);
 }
 
 /// How many entries could be undone.
@@ -217,6 +313,7 @@ fn campaign(seed: u64, gestures: usize) {
     for count in 1..=gestures {
         let what = gesture(&mut studio, &mut random);
         studio.settle();
+        println!("{count}: {what}, {} entries, {:?}", depth(&studio), studio.names()[0]);
         if count % ROUND != 0 {
             continue;
         }
@@ -224,20 +321,26 @@ fn campaign(seed: u64, gestures: usize) {
         let now = studio.document();
         check_traces(&mut studio);
         let entries = depth(&studio) - checkpoint.1;
-        (0..entries).for_each(|_| studio.undo());
-        assert_eq!(studio.document(), checkpoint.0, "undone to the last round");
+        for left in (0..entries).rev() {
+            let name = studio.names()[0].clone();
+            studio.undo();
+            let notices: Vec<_> =
+                studio.app.world().resource::<Notices>().all().iter().map(|n| n.text.clone()).collect();
+            assert_eq!(depth(&studio), checkpoint.1 + left, "{name:?} is undone; {notices:?}");
+        }
+        assert!(studio.document() == checkpoint.0, "undone to the last round");
         check_traces(&mut studio);
         (0..entries).for_each(|_| studio.redo());
-        assert_eq!(studio.document(), now, "the document is the one that its history rebuilds");
+        assert!(studio.document() == now, "the document is the one that its history rebuilds");
         checkpoint = (now, depth(&studio));
     }
     let end = studio.document();
     let entries = depth(&studio);
     assert!(entries > gestures / 4, "{entries} entries of {gestures} gestures");
     (0..entries).for_each(|_| studio.undo());
-    assert_eq!(studio.document(), start);
+    assert!(studio.document() == start, "undone to the start");
     (0..entries).for_each(|_| studio.redo());
-    assert_eq!(studio.document(), end);
+    assert!(studio.document() == end, "done again to the end");
     check_traces(&mut studio);
 }
 

@@ -496,3 +496,91 @@ fn what_happens_in_the_middle_of_a_gesture_is_an_entry_of_its_own() {
     studio.undo();
     assert_eq!(studio.document(), before, "nothing was lost between the entries");
 }
+
+#[test]
+fn the_gizmo_turns_scales_and_moves() {
+    let mut studio = Studio::with_plane();
+    let places = [at(-150.0, 60.0), at(0.0, -120.0), at(150.0, 60.0)]; // their middle is the window's
+    studio.draw(&places);
+    let before = studio.document();
+    let (entity, _) = studio.splines()[0].clone();
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    // The ring, from below to the right: a quarter of a turn counter-clockwise on the screen.
+    let radius = 64.0;
+    let below = |degrees: f32| CENTRE + radius * Vec2::from_angle((90.0 - degrees).to_radians());
+    studio.drag(&[below(0.0), below(20.0), below(60.0), below(90.0)]);
+    studio.settle();
+    let turned = places.map(|p| CENTRE + Vec2::new((p - CENTRE).y, -(p - CENTRE).x));
+    assert_near(&anchor_pixels(&mut studio), &turned, 1.5);
+    assert_eq!(studio.names()[0].as_deref(), Some("Turn selection"));
+    studio.undo();
+    assert_eq!(studio.document(), before);
+    // The knob at the right of the ring.
+    studio.drag(&[at(radius, 0.0), at(80.0, 0.0), at(1.5 * radius, 0.0)]);
+    studio.settle();
+    assert_near(&anchor_pixels(&mut studio), &places.map(|p| CENTRE + 1.5 * (p - CENTRE)), 2.0);
+    studio.undo();
+    // The middle.
+    let shift = Vec2::new(30.0, 25.0);
+    studio.drag(&[CENTRE, CENTRE + 0.5 * shift, CENTRE + shift]);
+    studio.settle();
+    assert_near(&anchor_pixels(&mut studio), &places.map(|p| p + shift), 1.5);
+    assert_eq!(studio.names()[0].as_deref(), Some("Move selection"));
+    studio.undo();
+    // A click on it keeps the selection; where nothing is selected there is none, and a drag is a box.
+    studio.click(below(0.0));
+    assert_eq!(studio.selection().splines(), [entity]);
+    studio.click(at(-250.0, -200.0));
+    assert!(studio.selection().is_empty());
+    studio.drag(&[below(0.0), below(20.0), below(60.0)]);
+    studio.settle();
+    assert_eq!(studio.document(), before);
+}
+
+#[test]
+fn a_field_that_is_dragged_is_one_entry() {
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-100.0, 0.0), at(60.0, 20.0)]);
+    let (entity, spline) = studio.splines()[0].clone();
+    let before = studio.document();
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    studio.click(at(60.0, 20.0));
+    assert_eq!(studio.selection().anchors(), [(entity, 1)]);
+    let from = studio.surface().position(&spline.anchors()[1].point());
+    for step in 1..=5 {
+        let place = from + 0.02 * f64::from(step) * glam::DVec3::Y;
+        let to = studio.surface().closest_point(place).expect("a place").point;
+        studio.act(EditorAction::SlideAnchorTo(to));
+    }
+    studio.act(EditorAction::EndSlide);
+    studio.settle();
+    let moved = studio.spline().anchors()[1].point();
+    assert!((studio.surface().position(&moved).y - from.y - 0.1).abs() < 1e-6);
+    assert_eq!(studio.names()[0].as_deref(), Some("Move anchor"));
+    studio.undo();
+    assert_eq!(studio.document(), before, "one entry");
+}
+
+#[test]
+fn what_is_behind_is_taken_when_asked() {
+    let mut studio = Studio::with_sphere();
+    studio.draw(&[at(-60.0, 0.0), at(60.0, 0.0)]);
+    // Behind the sphere: the same curve, seen from the other side.
+    let behind = Transform::from_xyz(0.0, 0.0, -3.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let camera = studio.camera;
+    studio.app.world_mut().entity_mut(camera).insert(behind);
+    studio.settle();
+    let anchor = studio.spline().anchors()[0].point();
+    let seen = studio.pixel(anchor);
+    studio.click(seen);
+    assert!(studio.selection().is_empty(), "the model is in front of it");
+    studio.strike(KeyCode::KeyZ);
+    studio.click(seen);
+    assert!(!studio.selection().is_empty(), "now it is in reach");
+    studio.strike(KeyCode::KeyZ);
+    studio.click(at(0.0, -200.0));
+    studio.click(seen);
+    assert!(studio.selection().is_empty());
+}
