@@ -118,9 +118,12 @@ impl Measured {
             for (way, energy_of_way) in NaiveWay::ALL.into_iter().zip(&mut energies[3..]) {
                 *energy_of_way = energy(&way.pose(bound.chain(), weights, pose));
             }
-            // What rounding of distances to a few last digits of the extent does to their squares.
-            let (rounding, length) = (2e-15 * extent, bound.lengths().iter().sum::<f64>());
-            let within = |a: f64, b: f64| a <= b * (1.0 + 1e-9) + rounding * ((b * length).sqrt() + rounding * length);
+            // What rounding does to squares of distances: those of points to some last digits of the extent, and those of
+            // solutions to a thousand.
+            let length = bound.lengths().iter().sum::<f64>();
+            let (of_points, of_solutions) = (2e-15 * extent, 1e-13 * extent);
+            let rounding = |b: f64| of_points * (b * length).sqrt() + of_solutions * of_solutions * length;
+            let within = |a: f64, b: f64| a <= b * (1.0 + 1e-9) + rounding(b);
             if !within(energies[2], energies[1]) {
                 self.failures.push(format!("flexible {} above regular {}", energies[2], energies[1]));
             }

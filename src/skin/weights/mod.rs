@@ -1,8 +1,26 @@
 //! How much each handle moves each place.
 
+#[cfg(feature = "weights")]
+mod bounded;
+mod cage;
+mod error;
+#[cfg(feature = "weights")]
+mod meshed;
+#[cfg(feature = "weights")]
+mod plane_mesh;
 mod shepard;
+#[cfg(feature = "weights")]
+mod sparse;
+mod surface_weights;
+#[cfg(test)]
+mod tests;
 
+pub use cage::Cage;
+pub use error::WeightsError;
+#[cfg(feature = "weights")]
+pub use meshed::{MeshedReport, MeshedWeights};
 pub use shepard::{HandleShape, Shepard};
+pub use surface_weights::SurfaceWeights;
 
 use glam::DVec3;
 
