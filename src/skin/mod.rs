@@ -43,6 +43,6 @@ pub use quadrature::Quadrature;
 pub use skin::{FlexibleReport, Posed, SplineSkin, in_space};
 pub use solve::SolveWorkspace;
 pub use split::{SplitChain, SplitOptions};
-pub use weights::{Cage, HandleShape, Shepard, SurfaceWeights, WeightField, WeightsError};
+pub use weights::{Cage, HandleShape, Shepard, SkinSet, SurfaceWeights, WeightField, WeightsError};
 #[cfg(feature = "weights")]
 pub use weights::{MeshedReport, MeshedWeights};

@@ -13,6 +13,7 @@ mod exports;
 mod formats;
 #[cfg(feature = "bevy")]
 mod plugin;
+mod skins;
 
 /// Small, seeded random numbers (splitmix64).
 #[cfg(feature = "document")]

@@ -20,7 +20,7 @@ pub use error::WeightsError;
 #[cfg(feature = "weights")]
 pub use meshed::{MeshedReport, MeshedWeights};
 pub use shepard::{HandleShape, Shepard};
-pub use surface_weights::SurfaceWeights;
+pub use surface_weights::{SkinSet, SurfaceWeights};
 
 use glam::DVec3;
 

@@ -20,6 +20,9 @@ pub struct SurfaceWeights<'a> {
     influences: Vec<Vec<(u32, f64)>>,
 }
 
+/// Joints and their weights, four for each vertex.
+pub type SkinSet<'a> = (&'a [[u16; 4]], &'a [[f32; 4]]);
+
 /// Handles that move one place at most: of more, those with the largest weights are kept.
 const MOST: usize = 8;
 
@@ -45,8 +48,8 @@ impl<'a> SurfaceWeights<'a> {
         Self::new(surface, mesh, handles, weights.chunks_exact(handles).map(of_vertex))
     }
 
-    /// The weights of a skinned mesh as glTF has them: four joints and four weights for each vertex of the mesh, which is what
-    /// the surface was built of.
+    /// The weights of a skinned mesh as glTF has them: sets of four joints and four weights for each vertex of the mesh, which is what the
+    /// surface was built of. Most files have one set.
     ///
     /// # Errors
     /// [`WeightsError::NoHandles`], [`WeightsError::Length`], [`WeightsError::BadWeight`], [`WeightsError::NoSuchHandle`].
@@ -54,22 +57,20 @@ impl<'a> SurfaceWeights<'a> {
         surface: &'a Surface,
         mesh: &'a TriangleMesh,
         joint_count: usize,
-        joints: &[[u16; 4]],
-        weights: &[[f32; 4]],
+        sets: &[SkinSet<'_>],
     ) -> Result<Self, WeightsError> {
         if joint_count == 0 {
             return Err(WeightsError::NoHandles);
         }
         let expected = mesh.positions.len();
-        for found in [joints.len(), weights.len()] {
-            if found != expected {
-                return Err(WeightsError::Length { found, expected });
-            }
+        if let Some(found) = sets.iter().flat_map(|(j, w)| [j.len(), w.len()]).find(|found| *found != expected) {
+            return Err(WeightsError::Length { found, expected });
         }
-        let of_vertex = |(joints, weights): (&[u16; 4], &[f32; 4])| {
-            joints.iter().zip(weights).map(|(joint, w)| (usize::from(*joint), f64::from(*w))).collect()
+        let of_vertex = |vertex: usize| {
+            let pairs = sets.iter().flat_map(|(joints, weights)| joints[vertex].into_iter().zip(weights[vertex]));
+            pairs.map(|(joint, w)| (usize::from(joint), f64::from(w))).collect()
         };
-        Self::new(surface, mesh, joint_count, joints.iter().zip(weights).map(of_vertex))
+        Self::new(surface, mesh, joint_count, (0..expected).map(of_vertex))
     }
 
     fn new(

@@ -254,7 +254,7 @@ fn skins_keep_the_largest_weights() {
     let surface = Surface::build(&triangle, &SurfaceOptions::default()).unwrap();
     let joints = [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]];
     let weights = [[0.4, 0.3, 0.2, 0.1]; 3];
-    let field = SurfaceWeights::of_skin(&surface, &triangle, 12, &joints, &weights).unwrap();
+    let field = SurfaceWeights::of_skin(&surface, &triangle, 12, &[(&joints, &weights)]).unwrap();
     let mut out = [0.0; 12];
     field.weights_at(DVec3::new(1.0 / 3.0, 1.0 / 3.0, 2.0), &mut out);
     assert_eq!(out.iter().filter(|w| **w > 0.0).count(), 8);
@@ -262,7 +262,7 @@ fn skins_keep_the_largest_weights() {
     field.weights_at(DVec3::ZERO, &mut out);
     assert!((out[0] - 0.4).abs() < 1e-7 && (out[3] - 0.1).abs() < 1e-7 && out[4] == 0.0);
     let refused = |joints: &[[u16; 4]], weights: &[[f32; 4]]| {
-        SurfaceWeights::of_skin(&surface, &triangle, 12, joints, weights).map(|_| ()).unwrap_err()
+        SurfaceWeights::of_skin(&surface, &triangle, 12, &[(joints, weights)]).map(|_| ()).unwrap_err()
     };
     assert_eq!(refused(&joints[..2], &weights), WeightsError::Length { found: 2, expected: 3 });
     assert_eq!(refused(&joints, &[[f32::NAN; 4]; 3]), WeightsError::BadWeight { vertex: 0 });
@@ -271,7 +271,7 @@ fn skins_keep_the_largest_weights() {
         WeightsError::NoSuchHandle { vertex: 2, handle: 12, handles: 12 }
     );
     // Nothing moves a vertex without weights.
-    let none = SurfaceWeights::of_skin(&surface, &triangle, 12, &joints, &[[0.0; 4]; 3]).unwrap();
+    let none = SurfaceWeights::of_skin(&surface, &triangle, 12, &[(&joints, &[[0.0; 4]; 3])]).unwrap();
     let points = (0..4).map(|i| DVec2::new(f64::from(i), 0.0)).collect();
     let chain = Chain::planar(&VectorPath::from_points(points, false).unwrap(), &JoinRules::default());
     let bound = BoundChain::new(&chain, 0, &none, &BindOptions::default());
