@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use super::{BoundChain, SkinError, SolveWorkspace, spread};
 
 /// What a handle's transform does to a control point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Kernel {
     /// Factors of x, y and 1, the same for both coordinates.
     Plane,

@@ -1,5 +1,6 @@
 //! Many chains bound to handles, posed by few operations a control point.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::{DAffine2, DAffine3, DVec3, Vec3};
@@ -132,13 +133,13 @@ impl SplineSkin {
         let mut blocks: Vec<Block> = Vec::new();
         let mut members: Vec<Vec<usize>> = Vec::new();
         let mut solved = Vec::new();
+        let mut known: HashMap<(Kernel, &Vec<u32>), usize> = HashMap::new();
         for (number, bound) in chains.iter().enumerate() {
             let Some(kernel) = Kernel::of(bound) else {
                 solved.push(number);
                 continue;
             };
-            let known = blocks.iter().position(|block| block.kernel == kernel && block.handles == bound.handles);
-            let block = known.unwrap_or_else(|| {
+            let block = *known.entry((kernel, &bound.handles)).or_insert_with(|| {
                 blocks.push(Block::new(kernel, &bound.handles));
                 members.push(Vec::new());
                 blocks.len() - 1

@@ -13,6 +13,7 @@ mod exports;
 mod formats;
 #[cfg(feature = "bevy")]
 mod plugin;
+#[cfg(any(feature = "svg", feature = "formats"))]
 mod skins;
 
 /// Small, seeded random numbers (splitmix64).

@@ -6,7 +6,6 @@ use bevy_surface_splines::skin::{BindOptions, SolveWorkspace, SplineSkin};
 use glam::{DAffine3, DVec3};
 
 /// The folder of the corpus, or a message that the test is skipped.
-#[cfg_attr(not(any(feature = "svg", feature = "formats")), expect(dead_code, reason = "there is nothing to read"))]
 fn corpus() -> Option<PathBuf> {
     let folder = std::env::var_os("SURFACE_CORPUS").map(PathBuf::from);
     if folder.is_none() {

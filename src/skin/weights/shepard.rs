@@ -121,8 +121,8 @@ mod tests {
         assert!((out[1] / out[0] - (16.0 + 0.25 + 9.0) / 9.0).abs() < 1e-12);
         field.weights_at(DVec3::ZERO, &mut out);
         assert_eq!(out, [1.0, 0.0]);
-        field.weights_at(DVec3::splat(1e200), &mut out);
-        assert!(out.iter().all(|w| w.is_finite()) || out[0].is_nan(), "{out:?}");
+        field.weights_at(DVec3::splat(1e100), &mut out);
+        assert!((out[0] / out[1] - 1.0).abs() < 1e-12, "{out:?}");
     }
 
     #[test]
