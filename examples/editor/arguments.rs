@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use bevy::prelude::*;
 
 pub(crate) const HELP: &str = "\
-Usage: editor [MESH] [--scripted-drag [--screenshots DIR]]
+Usage: editor [FILE] [--scripted-drag [--screenshots DIR] | --tour DIR]
 
-Opens the editor on MESH (OBJ, STL, PLY, OFF, glTF or GLB), or on the bundled model.
+Opens the editor on FILE: a mesh (OBJ, STL, PLY, OFF, glTF or GLB) or a document (RON); without it on the bundled model.
 
+  --tour DIR          uses every tool by itself on the bundled model, leaves a picture of each in DIR, and ends
   --scripted-drag     drags an anchor by itself, checks the pictures of before and after, and ends
   --screenshots DIR   where those pictures go, before.png and after.png; made if it is not there [default: .]
   -h, --help          prints this
@@ -21,6 +22,15 @@ pub(crate) struct Arguments {
     pub(crate) mesh: Option<PathBuf>,
     /// Where the pictures of the scripted drag go; none without it.
     pub(crate) script: Option<PathBuf>,
+    /// Where the pictures of the tour go; none without it.
+    pub(crate) tour: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// Whether the editor is used by itself.
+    pub(crate) fn is_scripted(&self) -> bool {
+        self.script.is_some() || self.tour.is_some()
+    }
 }
 
 #[derive(Debug, PartialEq)]
@@ -30,13 +40,16 @@ pub(crate) enum Request {
 }
 
 pub(crate) fn read(words: impl Iterator<Item = OsString>) -> Result<Request, String> {
-    let (mut mesh, mut scripted, mut screenshots, mut options_end) = (None, false, None, false);
+    let (mut mesh, mut scripted, mut screenshots, mut tour, mut options_end) = (None, false, None, None, false);
     let mut words = words;
     while let Some(word) = words.next() {
         match word.to_str() {
             Some("--") if !options_end => options_end = true,
             Some("-h" | "--help") if !options_end => return Ok(Request::Help),
             Some("--scripted-drag") if !options_end => scripted = true,
+            Some("--tour") if !options_end => {
+                tour = Some(PathBuf::from(words.next().ok_or("--tour needs a folder after it")?));
+            }
             Some("--screenshots") if !options_end => {
                 let folder = words.next().ok_or("--screenshots needs a folder after it")?;
                 screenshots = Some(PathBuf::from(folder));
@@ -51,8 +64,11 @@ pub(crate) fn read(words: impl Iterator<Item = OsString>) -> Result<Request, Str
     if screenshots.is_some() && !scripted {
         return Err("--screenshots goes with --scripted-drag".into());
     }
+    if tour.is_some() && (scripted || mesh.is_some()) {
+        return Err("--tour stands alone: it shows the bundled model".into());
+    }
     let script = scripted.then(|| screenshots.unwrap_or_else(|| PathBuf::from(".")));
-    Ok(Request::Run(Arguments { mesh, script }))
+    Ok(Request::Run(Arguments { mesh, script, tour }))
 }
 
 #[cfg(test)]
@@ -64,7 +80,7 @@ mod tests {
     }
 
     fn run(mesh: Option<&str>, script: Option<&str>) -> Result<Request, String> {
-        Ok(Request::Run(Arguments { mesh: mesh.map(PathBuf::from), script: script.map(PathBuf::from) }))
+        Ok(Request::Run(Arguments { mesh: mesh.map(PathBuf::from), script: script.map(PathBuf::from), tour: None }))
     }
 
     #[test]
@@ -75,7 +91,17 @@ mod tests {
         assert_eq!(of(&["a.obj", "--scripted-drag", "--screenshots", "x"]), run(Some("a.obj"), Some("x")));
         assert_eq!(of(&["--", "--help"]), run(Some("--help"), None));
         assert_eq!(of(&["a", "--help"]), Ok(Request::Help));
-        for bad in [&["-x"][..], &["a", "b"], &["--screenshots"], &["--screenshots", "x"]] {
+        let tour = Some(PathBuf::from("x"));
+        assert_eq!(of(&["--tour", "x"]), Ok(Request::Run(Arguments { tour, ..Arguments::default() })));
+        for bad in [
+            &["-x"][..],
+            &["--tour"],
+            &["a", "--tour", "x"],
+            &["--tour", "x", "--scripted-drag"],
+            &["a", "b"],
+            &["--screenshots"],
+            &["--screenshots", "x"],
+        ] {
             assert!(of(bad).is_err(), "{bad:?}");
         }
     }

@@ -6,7 +6,9 @@ mod arguments;
 mod proof;
 mod samples;
 mod script;
+mod tour;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bevy::app::PluginGroupBuilder;
@@ -16,7 +18,8 @@ use bevy::render::RenderPlugin;
 use bevy::window::{PresentMode, WindowResolution};
 use bevy_egui::EguiPlugin;
 use bevy_surface_splines::editor::{
-    CameraPlugin, FirstModel, ModelPlugin, StagePlugin, StageSettings, SurfaceSplineEditorPlugin,
+    AutosaveSettings, CameraPlugin, FileRequest, FirstModel, ModelOpened, ModelPlugin, RecentDocuments, StagePlugin,
+    StageSettings, SurfaceSplineEditorPlugin,
 };
 use bevy_surface_splines::plugin::DebugDrawPlugin;
 use bevy_surface_splines::prelude::*;
@@ -53,15 +56,17 @@ fn require_display() -> Result<(), &'static str> {
 }
 
 fn run(arguments: Arguments) -> AppExit {
-    let scripted = arguments.script.is_some();
+    let scripted = arguments.is_scripted();
     // A script looks at what it did, not at previews.
     let budget = if scripted { TraceBudget::UNLIMITED } else { TraceBudget::default() };
     App::new()
-        .insert_resource(FirstModel(arguments.mesh.clone()))
+        .insert_resource(FirstModel(arguments.mesh.clone().filter(|path| !is_document(path))))
         // A software driver draws several times faster without.
         .insert_resource(StageSettings { smooth_edges: !scripted })
         .insert_resource(arguments)
         .insert_resource(budget)
+        .insert_resource(recent_documents(scripted))
+        .insert_resource(AutosaveSettings { folder: own_folder(), enabled: !scripted, ..default() })
         .add_plugins((
             engine(scripted),
             EguiPlugin::default(),
@@ -70,8 +75,34 @@ fn run(arguments: Arguments) -> AppExit {
             SurfaceSplinePlugins.build().disable::<DebugDrawPlugin>(),
         ))
         .add_plugins((SurfaceSplineEditorPlugin, ModelPlugin, CameraPlugin, StagePlugin))
-        .add_plugins((samples::plugin, script::plugin))
+        .add_observer(open_document)
+        .add_plugins((samples::plugin, script::plugin, tour::plugin))
         .run()
+}
+
+fn is_document(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"))
+}
+
+/// A document that was named on the command line is opened when the bundled model is there, so that there is always a model.
+fn open_document(_: On<ModelOpened>, mut arguments: ResMut<Arguments>, mut requests: MessageWriter<FileRequest>) {
+    if let Some(path) = arguments.mesh.take_if(|path| is_document(path)) {
+        requests.write(FileRequest::Open(path));
+    }
+}
+
+/// Where the editor keeps what is its own; none where the system does not say.
+fn own_folder() -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let state = variable("XDG_STATE_HOME").or_else(|| variable("LOCALAPPDATA"));
+    let state = state.or_else(|| Some(variable("HOME")?.join(".local/state")))?;
+    Some(state.join("bevy_surface_splines"))
+}
+
+/// The documents that were opened last; a script leaves no traces.
+fn recent_documents(scripted: bool) -> RecentDocuments {
+    let folder = own_folder().filter(|folder| !scripted && std::fs::create_dir_all(folder).is_ok());
+    folder.map(|folder| RecentDocuments::from_file(folder.join("recent.ron"))).unwrap_or_default()
 }
 
 fn engine(scripted: bool) -> PluginGroupBuilder {

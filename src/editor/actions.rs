@@ -6,6 +6,7 @@ use bevy::prelude::*;
 
 use super::clipboard::{self, Changes, Clipboard, CopyDesk};
 use super::curves::{self, Curve, NextNumber};
+use super::documents::FileRequest;
 use super::history::{History, PlayHistory};
 use super::notices::Notices;
 use super::selection::Selection;
@@ -73,6 +74,8 @@ pub enum EditorAction {
     Duplicate,
     /// Begins a transform of the selection that follows the pointer.
     Transform(TransformMode),
+    /// Saves the document, where there is one.
+    Save,
     /// Takes the last entry of the history back.
     Undo,
     /// Does again what was taken back last.
@@ -100,6 +103,7 @@ struct Desk<'w, 's> {
     ends: MessageWriter<'w, EndGesture>,
     plays: MessageWriter<'w, PlayHistory>,
     transforms: MessageWriter<'w, BeginTransform>,
+    files: Option<MessageWriter<'w, FileRequest>>,
     copying: CopyDesk<'w, 's>,
     slide: Local<'s, Vec<(Entity, GestureId)>>,
     history: ResMut<'w, History>,
@@ -155,6 +159,11 @@ impl Desk<'_, '_> {
             EditorAction::SlideScheme(scheme) => self.slide_scheme(*scheme),
             EditorAction::EndSlide => self.end_slide(),
             EditorAction::Restyle(entity, curve) => self.restyle(*entity, curve),
+            EditorAction::Save => {
+                if let Some(files) = &mut self.files {
+                    files.write(FileRequest::Save);
+                }
+            }
             EditorAction::Transform(mode) => drop(self.transforms.write(BeginTransform(*mode))),
             EditorAction::Copy | EditorAction::Paste { .. } | EditorAction::Duplicate => self.copy_or_paste(action),
         }

@@ -14,6 +14,7 @@ use super::input::{FreeView, Modifiers, PanelInput, keyboard_is_free};
 use super::model::{Model, ModelOpened};
 use super::selection::Selection;
 use super::tools::TakesWheel;
+use crate::format::document::View;
 use crate::plugin::{OnSurface, SplineTrace, SurfaceQueries};
 
 const RADIANS_PER_PIXEL: f32 = 0.007;
@@ -285,6 +286,33 @@ fn strike_keys(
             let (centre, radius) = framed.map_or((Vec3::ZERO, 1.0), |(centre, radius)| (centre, 1.4 * radius));
             orbit.frame(centre, radius);
         }
+    }
+}
+
+/// Where a camera stands, for a document.
+pub(crate) fn view_of(orbit: &Orbit, place: &Transform, projection: &Projection) -> View {
+    let depth = (orbit.pivot - place.translation).dot(*place.forward()).max(NEAREST);
+    let (orthographic, distance) = match projection {
+        Projection::Orthographic(lens) => (true, lens.scale / (2.0 * (0.5 * FIELD_OF_VIEW).tan())),
+        _ => (false, depth),
+    };
+    // What is in the middle of the view, as deep as the pivot.
+    let target = (place.translation + *place.forward() * depth).as_dvec3().to_array();
+    let (yaw, pitch) = (f64::from(orbit.yaw), f64::from(orbit.pitch));
+    View { target, yaw, pitch, distance: f64::from(distance), orthographic }
+}
+
+/// Puts a camera where a document says.
+pub(crate) fn set_view(view: &View, orbit: &mut Orbit, place: &mut Transform, projection: &mut Projection) {
+    let target = glam::DVec3::from_array(view.target).as_vec3();
+    let distance = (view.distance as f32).clamp(NEAREST, FARTHEST);
+    *orbit =
+        Orbit { yaw: view.yaw as f32, pitch: view.pitch as f32, pivot: target, gesture: Gesture::None, framing: None };
+    place.rotation = orbit.rotation();
+    place.translation = target - *place.forward() * distance;
+    *projection = perspective();
+    if view.orthographic {
+        toggle_perspective(orbit, place, projection);
     }
 }
 

@@ -181,6 +181,21 @@ impl History {
         self.touched || self.saved != Some(self.position)
     }
 
+    /// How many entries were done and not undone.
+    pub(crate) fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// The document is saved as it was at a position.
+    pub(crate) fn mark_saved(&mut self, position: u64) {
+        (self.saved, self.touched) = (Some(position), false);
+    }
+
+    /// Something changed that no entry holds.
+    pub(crate) fn mark_touched(&mut self) {
+        self.touched = true;
+    }
+
     fn push(&mut self, name: &str, steps: Vec<Step>) {
         match &mut self.group {
             Some(group) => group.entry.steps.extend(steps),
@@ -448,7 +463,9 @@ fn name_of(edit: &SplineEdit, curve: Option<&str>) -> String {
         SplineEdit::MoveAnchor { anchor, .. } | SplineEdit::DragAnchor { anchor, .. } => {
             format!("Move anchor {}", anchor + 1)
         }
-        SplineEdit::MoveHandle { anchor, .. } | SplineEdit::DragHandle { anchor, .. } => {
+        SplineEdit::MoveHandle { anchor, .. }
+        | SplineEdit::FreeHandle { anchor, .. }
+        | SplineEdit::DragHandle { anchor, .. } => {
             format!("Move handle of anchor {}", anchor + 1)
         }
         SplineEdit::Append { .. } => "Add anchor".into(),

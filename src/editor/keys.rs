@@ -60,6 +60,7 @@ const TOOLS: &str = "Tools";
 const EDIT: &str = "Edit";
 const VIEW: &str = "View";
 const PANEL: &str = "Panel";
+const FILES: &str = "Files";
 
 /// All keys.
 pub const BINDINGS: &[Binding] = &[
@@ -101,6 +102,9 @@ pub const BINDINGS: &[Binding] = &[
     key(KeyCode::KeyZ, "Ctrl+Z", "Undo", EDIT).control().asks(|| EditorAction::Undo),
     key(KeyCode::KeyZ, "Ctrl+Shift+Z", "Redo", EDIT).control().shift().asks(|| EditorAction::Redo),
     key(KeyCode::KeyY, "Ctrl+Y", "Redo", EDIT).control().asks(|| EditorAction::Redo),
+    key(KeyCode::KeyO, "Ctrl+O", "Open a document, a mesh or a drawing", FILES).control(),
+    key(KeyCode::KeyS, "Ctrl+S", "Save", FILES).control().asks(|| EditorAction::Save),
+    key(KeyCode::KeyS, "Ctrl+Shift+S", "Save under another name", FILES).control().shift(),
     key(KeyCode::KeyF, "F", "Frame the selection, or the model", VIEW),
     key(KeyCode::Digit1, "1, 3, 7", "From the front, the right, the top", VIEW),
     key(KeyCode::Digit5, "5", "Orthographic or perspective", VIEW),

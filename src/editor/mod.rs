@@ -14,6 +14,7 @@ mod camera;
 mod clipboard;
 pub mod colors;
 mod curves;
+mod documents;
 mod history;
 mod input;
 mod keys;
@@ -31,12 +32,14 @@ pub use actions::EditorAction;
 pub use camera::{Orbit, sphere_around};
 pub use clipboard::Clipboard;
 pub use curves::{Curve, CurveSpawner};
+pub use documents::{AutosaveSettings, DocumentFile, FileRequest, Question, RecentDocuments};
 pub use history::{History, HistorySystems, PlayHistory};
 pub use input::{FreeView, PanelInput};
 pub use keys::{BINDINGS, Binding, HINTS, Hint};
 pub use model::{FirstModel, Model, ModelOpened, ModelRefused, OpenModel};
 pub use notices::{Notice, Notices, Severity};
 pub use selection::Selection;
+pub use tools::drawing::{DrawingInHand, TakeDrawing};
 pub use tools::freehand::{Freehand, FreehandSettings};
 pub use tools::transform::{BeginTransform, TransformMode};
 pub use tools::{Tool, ToolSystems};
@@ -64,7 +67,8 @@ impl Plugin for EditorToolsPlugin {
     }
 }
 
-/// Opens mesh files, one model at a time: [`OpenModel`] asks for one. Needs [`EditorToolsPlugin`].
+/// Opens meshes, drawings and documents, saves and exports, one model at a time: [`FileRequest`] asks for it, [`OpenModel`] for a
+/// model alone. Needs [`EditorToolsPlugin`].
 ///
 /// Schedule: `Update`.
 #[derive(Debug, Default)]
@@ -72,7 +76,7 @@ pub struct ModelPlugin;
 
 impl Plugin for ModelPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(model::plugin);
+        app.add_plugins((model::plugin, documents::plugin));
     }
 }
 
@@ -103,7 +107,7 @@ impl Plugin for SurfaceSplineEditorPlugin {
         if !app.is_plugin_added::<EditorToolsPlugin>() {
             app.add_plugins(EditorToolsPlugin);
         }
-        app.add_plugins((panel::plugin, view::draw::plugin));
+        app.add_plugins((panel::plugin, view::draw::plugin, view::lines::plugin, view::sticky::plugin));
     }
 }
 

@@ -1,19 +1,21 @@
 //! The model: reading it in the background, and putting it in the place of the one before once its surface is built.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future};
-use bevy::window::FileDragAndDrop;
 use glam::DVec3;
 
 use super::curves::Shelved;
+use super::documents::{Opened, begin_on_candidate};
 use super::history::{self, History};
 use super::notices::Notices;
 use super::shading::shaded_mesh;
+use crate::format::document::{Fingerprint, Frame, SurfaceReference};
 use crate::format::{MeshFormat, parse_mesh, read_mesh};
 use crate::plugin::{BuiltSurface, SplineSurface, SurfaceFailed, SurfaceReady};
-use crate::surface::TriangleMesh;
+use crate::surface::{Surface, SurfaceOptions, TriangleMesh};
 
 const BUNDLED: &[u8] = include_bytes!("../../assets/pebble.obj");
 
@@ -25,6 +27,10 @@ pub struct Model {
     pub name: String,
     /// Whether it is the one that comes with the editor.
     pub bundled: bool,
+    /// Its file; none for the one that comes with the editor.
+    pub path: Option<PathBuf>,
+    /// By what a document knows its mesh, as it is in the file.
+    fingerprint: Fingerprint,
     /// In the file's units: what is the origin here, and how long the unit is.
     centre: DVec3,
     pub(crate) unit: f64,
@@ -36,6 +42,12 @@ impl Model {
         self.centre + self.unit * position
     }
 
+    /// By what a document knows the model again.
+    pub(crate) fn reference(&self, surface: &Surface) -> SurfaceReference {
+        let frame = Frame { centre: self.centre.to_array(), unit: self.unit };
+        SurfaceReference { fingerprint: self.fingerprint, frame, ..SurfaceReference::of(surface) }
+    }
+
     /// A position of the file where it is here.
     pub fn of_file(&self, position: DVec3) -> DVec3 {
         (position - self.centre) / self.unit
@@ -44,7 +56,11 @@ impl Model {
 
 /// A model whose surface is being built; the old one stays until it is known to be usable.
 #[derive(Component, Clone, Debug)]
-pub(crate) struct Candidate(Model);
+pub(crate) struct Candidate {
+    pub(crate) model: Model,
+    /// The document that is to be restored on it.
+    pub(crate) document: Option<Arc<Opened>>,
+}
 
 /// Asks for a model.
 #[derive(Message, Clone, Debug, PartialEq)]
@@ -53,6 +69,14 @@ pub enum OpenModel {
     Bundled,
     /// A file.
     File(PathBuf),
+    /// The mesh of a document.
+    #[doc(hidden)]
+    #[allow(private_interfaces, reason = "documents alone make it")]
+    Document(PathBuf, Arc<Opened>),
+    /// A document about the model that comes with the editor.
+    #[doc(hidden)]
+    #[allow(private_interfaces, reason = "documents alone make it")]
+    BundledDocument(Arc<Opened>),
 }
 
 /// Happens when a model has taken its place.
@@ -71,11 +95,24 @@ pub struct ModelRefused {
 
 /// The model that is being read.
 #[derive(Resource, Default)]
-struct Reading(Option<Task<Result<Read, String>>>);
+pub(crate) struct Reading(Option<Task<Result<Read, String>>>);
 
-struct Read {
+impl Reading {
+    /// Whether a model is being read.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Stops reading.
+    pub(crate) fn cancel(&mut self) {
+        self.0 = None;
+    }
+}
+
+pub(crate) struct Read {
     model: Model,
     mesh: Mesh,
+    document: Option<Arc<Opened>>,
 }
 
 pub(crate) fn plugin(app: &mut App) {
@@ -87,7 +124,7 @@ pub(crate) fn plugin(app: &mut App) {
         .add_observer(forget_history)
         .init_resource::<FirstModel>()
         .add_systems(Startup, open_first)
-        .add_systems(Update, (open_dropped, start_reading, finish_reading).chain());
+        .add_systems(Update, (start_reading, finish_reading).chain());
 }
 
 /// The model that the program opens first; the bundled one, if none is named.
@@ -98,14 +135,6 @@ fn open_first(first: Res<FirstModel>, mut opens: MessageWriter<OpenModel>) {
     opens.write(first.0.clone().map_or(OpenModel::Bundled, OpenModel::File));
 }
 
-fn open_dropped(mut drops: MessageReader<FileDragAndDrop>, mut opens: MessageWriter<OpenModel>) {
-    for event in drops.read() {
-        if let FileDragAndDrop::DroppedFile { path_buf, .. } = event {
-            opens.write(OpenModel::File(path_buf.clone()));
-        }
-    }
-}
-
 fn start_reading(mut opens: MessageReader<OpenModel>, mut reading: ResMut<Reading>) {
     // Of several the last; a task that is dropped is cancelled.
     if let Some(open) = opens.read().last().cloned() {
@@ -114,15 +143,29 @@ fn start_reading(mut opens: MessageReader<OpenModel>, mut reading: ResMut<Readin
 }
 
 fn read(open: &OpenModel) -> Result<Read, String> {
-    let (triangles, name) = match open {
-        OpenModel::Bundled => (parse_mesh(BUNDLED, MeshFormat::Obj), "Pebble (bundled)".to_string()),
-        OpenModel::File(path) => (read_mesh(path), file_name(path)),
+    let (path, document) = match open {
+        OpenModel::Bundled => (None, None),
+        OpenModel::BundledDocument(document) => (None, Some(document.clone())),
+        OpenModel::File(path) => (Some(path.clone()), None),
+        OpenModel::Document(path, document) => (Some(path.clone()), Some(document.clone())),
+    };
+    let (triangles, name) = match &path {
+        None => (parse_mesh(BUNDLED, MeshFormat::Obj), "Pebble (bundled)".to_string()),
+        Some(path) => (read_mesh(path), file_name(path)),
     };
     let mut triangles = triangles.map_err(|error| error.to_string())?;
     let (centre, unit) = sphere_around(&triangles);
-    let model = Model { name, bundled: *open == OpenModel::Bundled, centre, unit };
+    let fingerprint = Fingerprint(triangles.fingerprint());
+    let model = Model { name, bundled: path.is_none(), path, fingerprint, centre, unit };
     triangles.positions.iter_mut().for_each(|p| *p = model.of_file(*p));
-    Ok(Read { model, mesh: shaded_mesh(&triangles) })
+    Ok(Read { model, mesh: shaded_mesh(&triangles), document })
+}
+
+/// By what a document knows the model that comes with the editor.
+pub(crate) fn bundled_reference() -> Option<SurfaceReference> {
+    let triangles = parse_mesh(BUNDLED, MeshFormat::Obj).ok()?;
+    let surface = Surface::build(&triangles, &SurfaceOptions::default()).ok()?;
+    Some(SurfaceReference::of(&surface))
 }
 
 fn file_name(path: &Path) -> String {
@@ -159,7 +202,7 @@ fn finish_reading(
             // Whoever opened another one meanwhile does not want the one before.
             candidates.iter().for_each(|old| commands.entity(old).despawn());
             commands.spawn((
-                Candidate(read.model),
+                Candidate { model: read.model, document: read.document },
                 Mesh3d(meshes.add(read.mesh)),
                 Transform::default(),
                 Visibility::Hidden,
@@ -178,24 +221,27 @@ fn take_place(
     mut notices: ResMut<Notices>,
 ) {
     let Ok((candidate, surface)) = candidates.get(ready.entity) else { return };
+    if begin_on_candidate(&mut commands, ready.entity, candidate, surface) {
+        return;
+    }
     models.iter().for_each(|old| commands.entity(old).despawn());
     commands
         .entity(ready.entity)
         .remove::<Candidate>()
-        .insert((candidate.0.clone(), Visibility::Visible))
+        .insert((candidate.model.clone(), Visibility::Visible))
         .trigger(|entity| ModelOpened { entity });
     let report = surface.report();
     if report.repaired() {
-        notices.warn(format!("{} was repaired: {report}", candidate.0.name));
-    } else if !candidate.0.bundled {
-        notices.info(format!("{}: {report}", candidate.0.name));
+        notices.warn(format!("{} was repaired: {report}", candidate.model.name));
+    } else if !candidate.model.bundled {
+        notices.info(format!("{}: {report}", candidate.model.name));
     }
 }
 
 fn refuse_surface(failed: On<SurfaceFailed>, mut commands: Commands, candidates: Query<&Candidate>) {
     let Ok(candidate) = candidates.get(failed.entity) else { return };
     commands.entity(failed.entity).despawn();
-    commands.trigger(ModelRefused { reason: format!("{}: {}", candidate.0.name, failed.reason) });
+    commands.trigger(ModelRefused { reason: format!("{}: {}", candidate.model.name, failed.reason) });
 }
 
 fn tell_refusal(

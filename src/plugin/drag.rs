@@ -20,13 +20,14 @@ use bevy::prelude::*;
 use super::SurfaceSplineSystems;
 use super::budget::{self, FrameTime, TraceBudget};
 use super::controls::{ControlKind, ControlPoint};
+use super::drag_modifiers::DragModifiers;
 use super::drag_ways::{Sent, Way, Ways};
 use super::edit::{EditRefusal, EditSpline, EndGesture, GestureId, SplineEditRefused};
 use super::pick::Picker;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
 use super::workspaces::Workspaces;
-use crate::curve::JumpPolicy;
+use crate::curve::{JumpPolicy, Spline};
 use crate::surface::SurfacePoint;
 
 /// How drags behave.
@@ -79,6 +80,8 @@ pub struct Grip {
     sheet: u32,
     /// Whether the pointer is over another sheet, and that was said.
     astray: bool,
+    /// The spline as it was, where a handle may be bound to the direction that it had.
+    start: Option<Arc<Spline>>,
 }
 
 impl DragState {
@@ -108,6 +111,8 @@ impl Plugin for DragPlugin {
         super::configure_sets(app);
         budget::configure(app);
         app.register_type::<DragSettings>()
+            .register_type::<DragModifiers>()
+            .init_resource::<DragModifiers>()
             .init_resource::<DragSettings>()
             .init_resource::<DragState>()
             .init_resource::<Workspaces>()
@@ -134,15 +139,14 @@ struct Scene<'w, 's> {
 fn drag_controls(
     mut commands: Commands,
     mut state: ResMut<DragState>,
-    settings: Res<DragSettings>,
-    keys: Option<Res<ButtonInput<KeyCode>>>,
+    (settings, modifiers, keys): (Res<DragSettings>, Res<DragModifiers>, Option<Res<ButtonInput<KeyCode>>>),
     mut inputs: MessageReader<PointerInput>,
     (mut edits, mut ends): (MessageWriter<EditSpline>, MessageWriter<EndGesture>),
     (scene, mut ways): (Scene, ResMut<Ways>),
     (budget, mut frame, workspaces): (Res<TraceBudget>, ResMut<FrameTime>, Res<Workspaces>),
 ) {
     let begin = Instant::now();
-    let mut drag = Drag { state: state.clone(), target: None, end: None, ways: &mut ways };
+    let mut drag = Drag { state: state.clone(), target: None, end: None, ways: &mut ways, modifiers: *modifiers };
     if drag.state.held().is_some_and(|grip| !scene.still_there(grip)) || !settings.enabled {
         drag.finish(true);
     }
@@ -182,6 +186,7 @@ struct Drag<'f> {
     /// The gesture that has ended.
     end: Option<EndGesture>,
     ways: &'f mut Ways,
+    modifiers: DragModifiers,
 }
 
 impl Drag<'_> {
@@ -206,10 +211,11 @@ impl Drag<'_> {
         let DragState::Dragging(grip) = &mut self.state else { return };
         // Off the model the last hit holds.
         let Some(hit) = scene.picker.surface_under(grip.camera, to + grip.offset, grip.surface) else { return };
-        let edit = grip.kind.moved(hit.point);
-        if scene.sheet(grip.surface, &hit.point) == Some(grip.sheet) {
+        let to = scene.bound(grip, &self.modifiers, hit.point);
+        let edit = self.modifiers.edit(grip.kind, to);
+        if scene.sheet(grip.surface, &to) == Some(grip.sheet) {
             grip.astray = false;
-            if !self.ways.follow(grip.gesture, hit.point) {
+            if self.modifiers.free || !self.ways.follow(grip.gesture, to) {
                 self.target = Some(EditSpline::new(grip.spline, edit).undoable().in_gesture(grip.gesture));
             }
         } else if !std::mem::replace(&mut grip.astray, true) {
@@ -265,7 +271,17 @@ impl Scene<'_, '_> {
             surface: on.0,
             sheet: self.sheet(on.0, &point)?,
             astray: false,
+            start: matches!(control.kind, ControlKind::Handle(..)).then(|| Arc::new((**spline).clone())),
         })
+    }
+
+    /// Where a grip goes that is dragged to a place.
+    fn bound(&self, grip: &Grip, modifiers: &DragModifiers, to: SurfacePoint) -> SurfacePoint {
+        let bound = || {
+            let spline = grip.start.as_ref()?;
+            Some(modifiers.bound(self.surfaces.get(grip.surface).ok()?, spline, grip.kind, to))
+        };
+        bound().unwrap_or(to)
     }
 
     /// The way that a grip leads along; none where that is of no consequence.

@@ -16,9 +16,9 @@ const PER_SQUARE: f64 = 5e-7;
 pub(crate) fn edit_work(surface: &Surface, spline: &Spline, edit: &SplineEdit) -> Option<f64> {
     let point = |anchor: u32| Some(spline.anchors().get(anchor as usize)?.point());
     let (anchor, direct) = match edit {
-        SplineEdit::MoveAnchor { anchor, to } | SplineEdit::MoveHandle { anchor, to, .. } => {
-            (*anchor, search_work(surface, point(*anchor)?, *to))
-        }
+        SplineEdit::MoveAnchor { anchor, to }
+        | SplineEdit::MoveHandle { anchor, to, .. }
+        | SplineEdit::FreeHandle { anchor, to, .. } => (*anchor, search_work(surface, point(*anchor)?, *to)),
         SplineEdit::DragAnchor { anchor, along } | SplineEdit::DragHandle { anchor, along, .. } => {
             (*anchor, PER_EDGE * along.length() / edge(surface, point(*anchor)?))
         }

@@ -40,7 +40,9 @@ impl PendingEdit {
         match &self.edit {
             SplineEdit::MoveAnchor { anchor, to } => Some((ControlKind::Anchor(*anchor), *to)),
             SplineEdit::DragAnchor { anchor, along } => Some((ControlKind::Anchor(*anchor), along.end())),
-            SplineEdit::MoveHandle { anchor, side, to } => Some((ControlKind::Handle(*anchor, *side), *to)),
+            SplineEdit::MoveHandle { anchor, side, to } | SplineEdit::FreeHandle { anchor, side, to } => {
+                Some((ControlKind::Handle(*anchor, *side), *to))
+            }
             SplineEdit::DragHandle { anchor, side, along } => Some((ControlKind::Handle(*anchor, *side), along.end())),
             _ => None,
         }

@@ -24,6 +24,7 @@ mod document;
 #[cfg(feature = "document")]
 mod document_asset;
 mod drag;
+mod drag_modifiers;
 mod drag_ways;
 #[cfg(feature = "svg")]
 mod drawing;
@@ -59,6 +60,7 @@ pub use document::{
 #[cfg(feature = "document")]
 pub use document_asset::{DocumentAsset, DocumentLoader, DocumentSaver};
 pub use drag::{DragPlugin, DragSettings, DragState, Grip};
+pub use drag_modifiers::DragModifiers;
 #[cfg(feature = "svg")]
 pub use drawing::{
     Drawing, DrawingOptions, DrawingPlugin, DrawingSplines, DrawingState, DrawnPath, OfDrawing, Placement, SvgDrawing,

@@ -218,6 +218,11 @@ impl Picker<'_, '_> {
         let mut grabs = Vec::new();
         for (entity, trace, on) in &self.curves {
             let Some(view) = self.queries.get(on.0) else { continue };
+            let (centre, radius) = trace.bounds();
+            let centre = view.to_world().transform_point3(centre);
+            if !eye.may_see(centre, view.scale() * radius, pixel, self.settings.grab_radius) {
+                continue;
+            }
             let Some(local) = eye.nearest_on(trace.pieces(), &view, pixel, self.settings.grab_radius) else { continue };
             let Some(nearest) = trace.nearest(view.surface(), local.as_dvec3()) else { continue };
             let position = view.position(nearest.point);
@@ -267,6 +272,17 @@ impl<'a> Eye<'a> {
         let ndc = at.truncate() / at.w;
         let share = Vec2::new(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y);
         (at.w > 0.0 && (0.0..=1.0).contains(&ndc.z)).then(|| self.viewport.min + share * self.viewport.size())
+    }
+
+    /// Whether something in a sphere may appear within some pixels of a pixel. Never wrong by no.
+    fn may_see(&self, centre: Vec3, radius: f32, pixel: Vec2, within: f32) -> bool {
+        let ray = |pixel| self.camera.viewport_to_world(self.transform, pixel).ok();
+        let (Some(middle), Some(edge)) = (ray(pixel), ray(pixel + Vec2::X * 1.5 * within)) else { return true };
+        let along = (centre - middle.origin).dot(*middle.direction);
+        // How far the rays are apart where the sphere ends.
+        let far = (along + radius).max(0.0);
+        let apart = middle.get_point(far).distance(edge.get_point(far));
+        middle.get_point(along).distance(centre) <= radius + apart
     }
 
     /// The position (local) on some polylines that appears nearest to a pixel, if it is within a radius.

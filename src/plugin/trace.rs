@@ -52,6 +52,11 @@ impl SplineTrace {
         std::ptr::eq(self.surface.as_ptr(), Arc::as_ptr(&surface.0))
     }
 
+    /// The centre and radius of a sphere that holds the polyline, in local space.
+    pub(crate) fn bounds(&self) -> (Vec3, f32) {
+        self.polyline.bounds()
+    }
+
     /// The spline that was traced.
     pub(crate) fn spline(&self) -> &Arc<Spline> {
         &self.spline
@@ -93,19 +98,34 @@ pub struct TraceChanged {
 pub(crate) struct Polyline {
     positions: Arc<[Vec3]>,
     pieces: Arc<[Range<usize>]>,
+    /// A sphere that holds it: centre and radius.
+    bounds: (Vec3, f32),
 }
 
 impl Polyline {
     pub(crate) fn of(trace: &Trace) -> Self {
-        let positions = trace.positions().iter().map(|p| p.as_vec3()).collect();
-        Self { positions, pieces: trace.pieces().into() }
+        let positions: Arc<[Vec3]> = trace.positions().iter().map(|p| p.as_vec3()).collect();
+        let bounds = sphere_around(&positions);
+        Self { positions, pieces: trace.pieces().into(), bounds }
     }
 
     pub(crate) fn positions(&self) -> &[Vec3] {
         &self.positions
     }
 
+    /// The centre and radius of a sphere that holds it.
+    pub(crate) fn bounds(&self) -> (Vec3, f32) {
+        self.bounds
+    }
+
     pub(crate) fn pieces(&self) -> impl Iterator<Item = &[Vec3]> {
         self.pieces.iter().filter_map(|piece| self.positions.get(piece.clone()))
     }
+}
+
+fn sphere_around(positions: &[Vec3]) -> (Vec3, f32) {
+    let fold = |(min, max): (Vec3, Vec3), p: &Vec3| (min.min(*p), max.max(*p));
+    let (min, max) = positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), fold);
+    let centre = 0.5 * (min + max);
+    (centre, positions.iter().map(|p| p.distance(centre)).fold(0.0, f32::max))
 }

@@ -72,6 +72,15 @@ pub enum SplineEdit {
         /// Where to.
         to: SurfacePoint,
     },
+    /// Moves a handle by itself: the join becomes a corner, and the partner stays where it is.
+    FreeHandle {
+        /// Which anchor.
+        anchor: u32,
+        /// Which of its handles.
+        side: HandleSide,
+        /// Where to.
+        to: SurfacePoint,
+    },
     /// Moves a handle along a path, which begins at it; its leg is led along and stays on the side of hills and holes that
     /// it is on. Partners as with [`MoveHandle`](Self::MoveHandle).
     DragHandle {
@@ -251,6 +260,7 @@ impl Spline {
             SplineEdit::MoveAnchor { .. }
             | SplineEdit::DragAnchor { .. }
             | SplineEdit::MoveHandle { .. }
+            | SplineEdit::FreeHandle { .. }
             | SplineEdit::DragHandle { .. }
             | SplineEdit::SetJoin { .. } => return self.after_move(surface, finder, edit),
             SplineEdit::Transform(transform) => return Ok(self.transformed(surface, finder, transform)?.spline),

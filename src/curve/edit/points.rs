@@ -114,6 +114,12 @@ impl Spline {
                 let moved = handles::towards(surface, finder, &self.anchors[i].point, to)?;
                 self.place_handle(surface, finder, i, *side, moved)
             }
+            SplineEdit::FreeHandle { anchor, side, to } => {
+                let i = self.index(*anchor)?;
+                let moved = handles::towards(surface, finder, &self.anchors[i].point, to)?;
+                self.anchors[i].join = Join::Corner;
+                self.place_handle(surface, finder, i, *side, moved)
+            }
             SplineEdit::DragHandle { anchor, side, along } => {
                 let i = self.index(*anchor)?;
                 if !surface.same_place(&along.start(), &self.anchors[i].handle(*side).point()) {
@@ -292,6 +298,7 @@ fn shifted(edit: &SplineEdit, segment: u32) -> SplineEdit {
     if let SplineEdit::MoveAnchor { anchor, .. }
     | SplineEdit::DragAnchor { anchor, .. }
     | SplineEdit::MoveHandle { anchor, .. }
+    | SplineEdit::FreeHandle { anchor, .. }
     | SplineEdit::DragHandle { anchor, .. }
     | SplineEdit::SetJoin { anchor, .. } = &mut edit
     {

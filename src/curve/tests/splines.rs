@@ -143,7 +143,8 @@ fn random_edit(surface: &Surface, spline: &Spline, random: &mut Random) -> Splin
     let known = &spline.anchors()[random.below(count)];
     match random.below(22) {
         0 | 1 => SplineEdit::MoveAnchor { anchor, to },
-        2 | 3 => SplineEdit::MoveHandle { anchor, side, to },
+        2 => SplineEdit::MoveHandle { anchor, side, to },
+        3 => SplineEdit::FreeHandle { anchor, side, to },
         4 | 5 => SplineEdit::Append { end, at: to },
         6 if random.next() < 0.5 => SplineEdit::DeleteFitted { anchor },
         6 => SplineEdit::Delete { anchor },
@@ -338,4 +339,21 @@ fn splines_after_an_edit_are_the_same_in_kept_memory() {
 fn heading_in_space(surface: &Surface, heading: &crate::geodesic::Tangent) -> DVec3 {
     let [a, b, _] = surface.corners(heading.face).unwrap();
     (b - a) * heading.vector.x + DVec3::Z * heading.vector.y
+}
+
+#[test]
+fn a_freed_handle_leaves_its_partner_alone() {
+    let surface = Surface::build(&shapes::icosphere(3), &SurfaceOptions::default()).unwrap();
+    let points = [DVec3::X, DVec3::Y, DVec3::Z].map(|p| at(&surface, p));
+    let mut finder = PathFinder::default();
+    let mut spline = Spline::smooth_through(&surface, &mut finder, &points, false).unwrap();
+    let before = spline.clone();
+    let to = at(&surface, DVec3::new(0.3, 1.0, -0.4));
+    let edit = SplineEdit::FreeHandle { anchor: 1, side: HandleSide::Outgoing, to };
+    let inverse = spline.apply(&surface, &mut finder, &edit).unwrap();
+    assert_eq!(spline.anchors()[1].join(), Join::Corner);
+    assert_eq!(spline.anchors()[1].incoming(), before.anchors()[1].incoming());
+    assert!(surface.same_place(&spline.anchors()[1].outgoing().point(), &to));
+    spline.apply(&surface, &mut finder, &inverse).unwrap();
+    assert_eq!(spline, before);
 }

@@ -5,7 +5,7 @@ use bevy_egui::egui;
 use super::theme;
 use crate::editor::keys::{BINDINGS, HINTS};
 
-const SECTIONS: [&str; 4] = ["Tools", "Edit", "View", "Panel"];
+const SECTIONS: [&str; 5] = ["Tools", "Edit", "Files", "View", "Panel"];
 
 /// Shows the overlay; whether it is to stay.
 pub(crate) fn show(ctx: &egui::Context, search: &mut String) -> bool {

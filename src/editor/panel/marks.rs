@@ -1,6 +1,7 @@
 //! Anchors and handles of the selected spline, as marks of constant size on the screen: squares for corners, discs for other
 //! anchors, small discs for handles.
 
+use crate::curve::HandleSide;
 use crate::prelude::*;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::hover::HoverMap;
@@ -12,7 +13,7 @@ use crate::editor::camera::Orbit;
 use crate::editor::colors;
 use crate::editor::selection::Selection;
 use crate::editor::tools::insert::InsertPreview;
-use crate::editor::tools::pen::PenStart;
+use crate::editor::tools::pen::{PenPull, PenStart};
 use crate::editor::tools::select::BoxSelection;
 use crate::editor::view::draw::{is_hovered, shown_leg};
 
@@ -31,6 +32,7 @@ pub struct Marks<'w, 's> {
     controls: Query<'w, 's, (Entity, &'static ControlPoint)>,
     selection: Res<'w, Selection>,
     pen: Res<'w, PenStart>,
+    pull: Res<'w, PenPull>,
     insert: Res<'w, InsertPreview>,
     boxed: Res<'w, BoxSelection>,
     hover: Res<'w, HoverMap>,
@@ -90,7 +92,10 @@ impl Marks<'_, '_> {
             mark.hovered = hovered == Some(kind);
             Some(mark)
         };
-        Some(ControlKind::all(spline).into_iter().filter_map(mark).collect())
+        // Beyond the last anchor there is no segment yet whose handle it were.
+        let pulled = self.pull.0.filter(|(of, _)| *of == entity);
+        let pulled = pulled.map(|(_, anchor)| ControlKind::Handle(anchor, HandleSide::Outgoing));
+        Some(ControlKind::all(spline).into_iter().chain(pulled).filter_map(mark).collect())
     }
 
     fn kind(&self, spline: &SurfaceSpline, kind: ControlKind) -> Option<MarkKind> {

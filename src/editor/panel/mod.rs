@@ -9,8 +9,11 @@ use bevy_egui::{EguiContexts, EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, Eg
 use super::actions::EditorAction;
 use super::input::{FreeView, PanelInput, keyboard_is_free};
 use super::notices::Notices;
+use super::tools::pointer::read_pointer;
 use crate::plugin::SurfaceSplineSystems;
 
+pub(crate) mod curvature;
+pub(crate) mod files;
 pub(crate) mod help;
 pub(crate) mod history;
 pub(crate) mod marks;
@@ -63,12 +66,14 @@ impl Tab {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    let before_all = (take_tab, keep_input).after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass);
+    let before_all = take_tab.after(EguiPreUpdateSet::ProcessInput).before(EguiPreUpdateSet::BeginPass);
     app.init_resource::<Layout>()
         .configure_sets(PostUpdate, EguiPostUpdateSet::EndPass.after(SurfaceSplineSystems::Controls))
         .add_plugins(theme::plugin)
-        .add_systems(PreUpdate, before_all)
-        .add_systems(Update, strike.run_if(keyboard_is_free))
+        .add_systems(PreUpdate, (before_all, keep_input.before(read_pointer)))
+        .init_resource::<files::FileDialog>()
+        .init_resource::<curvature::CurvaturePlot>()
+        .add_systems(Update, (strike, files::strike).run_if(keyboard_is_free))
         .add_systems(EguiPrimaryContextPass, show);
 }
 
@@ -119,7 +124,7 @@ fn show(
     marks: Marks,
     tabs: Tabs,
     status: Status,
-    mut notices: ResMut<Notices>,
+    (mut notices, mut files): (ResMut<Notices>, files::Files),
     mut actions: MessageWriter<EditorAction>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -129,11 +134,12 @@ fn show(
     let left = if hidden { window.left() } else { strip::show(ctx, window, &status, &mut actions) };
     let right = if hidden { window.right() } else { window.right() - WIDTH.min(0.5 * window.width()) };
     let below = egui::Rect::from_min_max(egui::pos2(left, window.top()), egui::pos2(right, window.bottom()));
-    let bottom = status::show(ctx, below, &status);
+    let bottom = status::show(ctx, below, &status, files.requests.as_mut());
     if !hidden {
-        show_panel(ctx, window, right, &mut layout, tabs, &mut actions);
+        show_panel(ctx, window, right, &mut layout, (tabs, &mut files), &mut actions);
     }
     notices::show(ctx, right, &mut notices);
+    files::show(ctx, &mut files);
     if layout.help {
         layout.help = help::show(ctx, &mut layout.search);
     }
@@ -147,7 +153,7 @@ fn show_panel(
     window: egui::Rect,
     left: f32,
     layout: &mut Layout,
-    (mut scene, properties, mut statistics, entries): Tabs,
+    ((mut scene, properties, mut statistics, entries), files): (Tabs, &mut files::Files),
     actions: &mut MessageWriter<EditorAction>,
 ) {
     // An area, not a panel: so egui knows when the pointer is on it.
@@ -159,7 +165,10 @@ fn show_panel(
             show_tabs(ui, layout);
             ui.separator();
             egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match layout.tab {
-                Tab::Scene => scene::show(ui, layout, &mut scene, actions),
+                Tab::Scene => {
+                    files::show_buttons(ui, files);
+                    scene::show(ui, layout, &mut scene, actions);
+                }
                 Tab::Properties => properties::show(ui, &properties, actions),
                 Tab::Statistics => statistics::show(ui, &mut statistics),
                 Tab::History => history::show(ui, &entries, actions),
@@ -170,7 +179,8 @@ fn show_panel(
 
 fn show_tabs(ui: &mut egui::Ui, layout: &mut Layout) {
     ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().item_spacing.x = 1.0;
+        ui.spacing_mut().button_padding.x = 5.0;
         for (tab, name) in Tab::ALL {
             let label = ui.selectable_label(layout.tab == tab, name);
             if layout.tab == tab && std::mem::take(&mut layout.focus_panel) {

@@ -1,6 +1,8 @@
 //! The panel's section about what is selected.
 
+use crate::curve::Anchor;
 use crate::prelude::*;
+use crate::surface::Surface;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
@@ -8,8 +10,12 @@ use glam::DVec3;
 
 use super::scheme;
 use crate::editor::actions::EditorAction;
+use crate::editor::colors;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
+use crate::editor::view::sticky::Excess;
+
+use super::theme;
 
 const JOINS: [(Join, &str, &str); 4] = [
     (Join::Corner, "Corner", "The handles are independent"),
@@ -33,6 +39,7 @@ const JUMPS: [(JumpPolicy, &str, &str); 3] = [
 pub(crate) struct Properties<'w, 's> {
     selection: Res<'w, Selection>,
     splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
+    excess: Query<'w, 's, &'static Excess>,
     models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
 }
 
@@ -61,9 +68,18 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
             }
         }
     });
+    let longer = properties.selection.spline().and_then(|entity| properties.excess.get(entity).ok());
+    for (segment, share) in longer.into_iter().flat_map(Excess::segments) {
+        let text =
+            format!("⚠ Segment {}: {} % longer than the shortest way", segment + 1, significant(100.0 * share, 3));
+        let color = theme::egui_color(colors::STICKY, 1.0);
+        let meaning = "Its middle leg stays on its side; Jumps: Allow, and back to Stick, lets it go the shortest way";
+        ui.label(egui::RichText::new(text).color(color)).on_hover_text(meaning);
+    }
+    show_buttons(ui, spline.is_closed(), anchor.is_some(), actions);
     let model = properties.models.get(on.0);
     if let (Some((_, anchor)), Ok((model, surface))) = (anchor, model) {
-        show_position(ui, model.in_file(surface.position(&anchor.point())));
+        show_position(ui, model, surface, anchor, actions);
     }
 }
 
@@ -80,13 +96,58 @@ fn show_jumps(ui: &mut egui::Ui, jumps: JumpPolicy, actions: &mut MessageWriter<
     ui.end_row();
 }
 
-fn show_position(ui: &mut egui::Ui, position: DVec3) {
-    let values = position.to_array().map(|value| significant(value, 4));
-    let text = egui::RichText::new(values.join(" ")).monospace();
-    ui.horizontal(|ui| {
-        ui.label("Position");
-        ui.add(egui::Label::new(text).truncate()).on_hover_text("x, y and z in the model's own units");
+/// What can be done with the selection, with the keys that do it.
+fn show_buttons(ui: &mut egui::Ui, closed: bool, anchor: bool, actions: &mut MessageWriter<EditorAction>) {
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        let toggle = if closed { "Open" } else { "Close" };
+        let buttons = [
+            (toggle, "O", true, EditorAction::ToggleClosed),
+            ("Reverse", "Shift+R", true, EditorAction::Reverse),
+            ("Duplicate", "Ctrl+D", true, EditorAction::Duplicate),
+            ("Split", "K, at the active anchor", anchor, EditorAction::Split),
+            ("Straighten", "L, the segment behind the active anchor", anchor, EditorAction::Straighten),
+            ("Join", "J, the last two selected curves", true, EditorAction::JoinSplines),
+            ("Delete", "X", true, EditorAction::Delete),
+        ];
+        for (name, key, enabled, action) in buttons {
+            if ui.add_enabled(enabled, egui::Button::new(name)).on_hover_text(key).clicked() {
+                actions.write(action);
+            }
+        }
     });
+}
+
+/// The anchor's position, which may be typed: the nearest surface point is taken.
+fn show_position(
+    ui: &mut egui::Ui,
+    model: &Model,
+    surface: &Surface,
+    anchor: &Anchor,
+    actions: &mut MessageWriter<EditorAction>,
+) {
+    let position = model.in_file(surface.position(&anchor.point()));
+    let mut typed = position.to_array();
+    let speed = 0.002 * model.unit;
+    ui.add_space(4.0);
+    ui.label("Position").on_hover_text("In the model's own units; the nearest place on the surface is taken");
+    let mut moved = false;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(&mut typed) {
+            let field = egui::DragValue::new(value).speed(speed).update_while_editing(false);
+            let field = field.custom_formatter(|value, _| significant(value, 4)).prefix(format!("{axis} "));
+            let response = ui.add(field.max_decimals(9));
+            moved |= response.changed();
+        }
+    });
+    let wanted = model.of_file(DVec3::from_array(typed));
+    if !moved || !wanted.is_finite() {
+        return;
+    }
+    if let Some(nearest) = surface.closest_point(wanted) {
+        actions.write(EditorAction::MoveAnchorTo(nearest.point));
+    }
 }
 
 fn show_join(ui: &mut egui::Ui, join: Join, actions: &mut MessageWriter<EditorAction>) {

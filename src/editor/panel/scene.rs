@@ -7,8 +7,11 @@ use bevy_egui::egui;
 use super::{Layout, theme};
 use crate::editor::actions::EditorAction;
 use crate::editor::curves::Curve;
-use crate::editor::model::{Model, OpenModel};
+use crate::editor::model::Model;
 use crate::editor::selection::Selection;
+use crate::editor::tools::Tool;
+use crate::editor::tools::drawing::DrawingInHand;
+use crate::editor::tools::freehand::{Freehand, FreehandSettings};
 use crate::plugin::{SplineState, SurfaceSpline};
 
 /// What the tab shows.
@@ -17,7 +20,10 @@ pub(crate) struct Scene<'w, 's> {
     models: Query<'w, 's, &'static Model>,
     curves: Query<'w, 's, (Entity, &'static Curve, &'static SplineState), With<SurfaceSpline>>,
     selection: Res<'w, Selection>,
-    opens: Option<MessageWriter<'w, OpenModel>>,
+    freehand: ResMut<'w, FreehandSettings>,
+    drawn: Res<'w, Freehand>,
+    tool: Res<'w, Tool>,
+    hand: Res<'w, DrawingInHand>,
 }
 
 pub(crate) fn show(
@@ -29,24 +35,40 @@ pub(crate) fn show(
     for model in &scene.models {
         ui.add(egui::Label::new(egui::RichText::new(&model.name).weak()).truncate());
     }
+    show_tool(ui, scene);
     show_list(ui, layout, scene, actions);
     ui.horizontal(|ui| {
         if ui.button("+ New spline").on_hover_text("Takes the pen; click on the model").clicked() {
             actions.write(EditorAction::BeginSpline);
         }
-        let Some(opens) = &mut scene.opens else { return };
-        ui.menu_button("Open …", |ui| {
-            ui.set_min_width(260.0);
-            ui.label("Path of an OBJ, STL, PLY, OFF, glTF or GLB file:");
-            let field = ui.add(egui::TextEdit::singleline(&mut layout.path).desired_width(250.0));
-            let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-            if (ui.button("Open").clicked() || entered) && !layout.path.trim().is_empty() {
-                opens.write(OpenModel::File(layout.path.trim().into()));
-                ui.close();
-            }
-            ui.label(egui::RichText::new("or drop a file on the window").weak());
-        });
     });
+}
+
+/// What the tool in hand can be told.
+fn show_tool(ui: &mut egui::Ui, scene: &mut Scene) {
+    match *scene.tool {
+        Tool::Freehand => {
+            ui.label("Tolerance, of the model's size");
+            let mut percent = 100.0 * scene.freehand.tolerance;
+            let slider = egui::Slider::new(&mut percent, 0.02..=5.0).logarithmic(true).suffix(" %");
+            let meaning =
+                "How far the spline may be from the line that is drawn; the last line follows until the next is drawn";
+            if ui.add(slider).on_hover_text(meaning).changed() {
+                scene.freehand.tolerance = 0.01 * percent;
+            }
+            if scene.drawn.is_fresh() {
+                ui.label(egui::RichText::new("The last line follows").weak());
+            }
+        }
+        Tool::Drawing => {
+            let text = match scene.hand.name() {
+                Some(name) => format!("In hand: {name}"),
+                None => "No drawing in hand: D asks for one".into(),
+            };
+            ui.label(text);
+        }
+        _ => {}
+    }
 }
 
 fn show_list(ui: &mut egui::Ui, layout: &mut Layout, scene: &Scene, actions: &mut MessageWriter<EditorAction>) {

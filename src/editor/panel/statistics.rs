@@ -9,6 +9,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui;
 
+use super::curvature::{self, CurvaturePlot};
 use super::properties::significant;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
@@ -21,6 +22,7 @@ pub(crate) struct Statistics<'w, 's> {
     selection: Res<'w, Selection>,
     tracing: Res<'w, TraceStatistics>,
     diagnostics: Res<'w, DiagnosticsStore>,
+    plot: ResMut<'w, CurvaturePlot>,
 }
 
 impl Statistics<'_, '_> {
@@ -55,6 +57,16 @@ pub(crate) fn show(ui: &mut egui::Ui, statistics: &mut Statistics) {
             &rate.map_or("–".into(), |rate| if rate < 10.0 { format!("{rate:.1}") } else { format!("{rate:.0}") }),
         );
     });
+    show_plot(ui, statistics);
+}
+
+/// The plot of the active curve.
+fn show_plot(ui: &mut egui::Ui, statistics: &mut Statistics) {
+    let Statistics { models, traces, selection, plot, .. } = statistics;
+    let selected = selection.spline().and_then(|spline| traces.get(spline).ok());
+    let Some((trace, on)) = selected.filter(|(trace, _)| trace.length() > 0.0) else { return };
+    let Ok((model, surface)) = models.get(on.0) else { return };
+    curvature::show(ui, plot, &surface.0, trace.trace(), model.unit);
 }
 
 fn row(ui: &mut egui::Ui, name: &str, value: &str) {

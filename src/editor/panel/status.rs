@@ -6,9 +6,11 @@ use bevy::prelude::*;
 use bevy_egui::egui;
 
 use super::theme;
+use crate::editor::documents::{DocumentFile, FileRequest};
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::Tool;
+use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
 use crate::editor::tools::pen::PenStart;
 use crate::editor::tools::transform::{Active, TransformMode, Transforming};
@@ -24,6 +26,8 @@ pub(crate) struct Status<'w, 's> {
     pen: Res<'w, PenStart>,
     transforming: Res<'w, Transforming>,
     freehand: Res<'w, Freehand>,
+    files: Option<Res<'w, DocumentFile>>,
+    hand: Res<'w, DrawingInHand>,
     drag: Res<'w, DragState>,
     selection: Res<'w, Selection>,
     models: Query<'w, 's, (), With<Model>>,
@@ -33,12 +37,24 @@ pub(crate) struct Status<'w, 's> {
 }
 
 impl Status<'_, '_> {
+    /// What is done in the background with files, and can be stopped.
+    fn working(&self) -> Option<&'static str> {
+        self.files.as_ref()?.working()
+    }
+
     pub(crate) fn tool(&self) -> Tool {
         *self.tool
     }
 
     /// What the tool expects next, and whether curves are on their way.
     fn text(&self) -> String {
+        let building = self.surfaces.iter().find_map(|state| match state {
+            SurfaceState::Pending { progress } => Some(*progress),
+            _ => None,
+        });
+        if let Some(working) = self.working() {
+            return building.map_or(working.into(), |share| format!("{working} {:.0} %", 100.0 * share));
+        }
         let is_tracing = self.under_way.iter().any(|(state, pending)| pending || *state == SplineState::Tracing);
         let suffix = if is_tracing { " · tracing …" } else { "" };
         self.hint() + suffix
@@ -77,6 +93,10 @@ impl Status<'_, '_> {
             (Tool::Insert, _) => "Click on a curve to add an anchor there · V selects",
             (Tool::Join, Some(_)) => "Click on an anchor to change its join: corner, smooth, mirrored, automatic",
             (Tool::Join, None) => "Click on a curve to see its anchors",
+            (Tool::Drawing, _) if self.hand.is_busy() => "Reading and placing the drawing …",
+            (Tool::Drawing, _) if self.hand.name().is_some() => {
+                "Click places the drawing · wheel scales · Shift and wheel turn · V ends"
+            }
             (Tool::Drawing, _) => "Choose an SVG in the panel, or drop one on the window",
             (Tool::Select, Some(spline)) if spline.scheme().method.is_b_spline() => {
                 "Drag a control point of the B-spline over the surface · X deletes the selected one · ? shows all keys"
@@ -106,20 +126,33 @@ fn transform_hint(active: &Active) -> String {
         TransformMode::Scale => "Scaling by",
     };
     let unit = if active.mode == TransformMode::Turn { "°" } else { "" };
-    let typed = if active.typed.is_empty() { significant(active.amount, 4) } else { format!("{}▏", active.typed) };
+    let typed = if active.typed.is_empty() { significant(active.amount, 4) } else { format!("{}|", active.typed) };
     format!(
         "{what} {typed}{unit} · type a number · Shift finer, Ctrl in steps · click or Enter keeps, Escape takes back"
     )
 }
 
 /// Shows the line at the bottom of a part of the window; gives its upper edge.
-pub(crate) fn show(ctx: &egui::Context, part: egui::Rect, status: &Status) -> f32 {
+pub(crate) fn show(
+    ctx: &egui::Context,
+    part: egui::Rect,
+    status: &Status,
+    requests: Option<&mut MessageWriter<FileRequest>>,
+) -> f32 {
     let top = part.bottom() - HEIGHT;
     egui::Area::new("status".into()).fixed_pos(egui::pos2(part.left(), top)).show(ctx, |ui| {
         theme::panel().inner_margin(egui::Margin::symmetric(14, 0)).show(ui, |ui| {
             ui.set_min_size(egui::vec2(part.width() - 30.0, HEIGHT - 2.0));
             ui.set_max_size(egui::vec2(part.width() - 30.0, HEIGHT - 2.0));
-            ui.horizontal_centered(|ui| ui.add(egui::Label::new(status.text()).truncate()));
+            ui.horizontal_centered(|ui| {
+                if let Some(requests) = requests.filter(|_| status.working().is_some()) {
+                    ui.spinner();
+                    if ui.small_button("Cancel").clicked() {
+                        requests.write(FileRequest::Cancel);
+                    }
+                }
+                ui.add(egui::Label::new(status.text()).truncate())
+            });
         });
     });
     top

@@ -5,8 +5,9 @@ use bevy::prelude::*;
 
 use super::input::{Modifiers, ToolKeys};
 use super::selection::Selection;
-use crate::plugin::{ControlKind, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
+use crate::plugin::{ControlKind, DragModifiers, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
 
+pub(crate) mod drawing;
 pub(crate) mod freehand;
 pub(crate) mod insert;
 pub(crate) mod join;
@@ -16,6 +17,9 @@ pub(crate) mod select;
 pub(crate) mod transform;
 
 pub(crate) use pointer::{Moment, PointerEvent, Target, ToolPointer};
+
+/// With Ctrl a handle turns in steps of 15°.
+const SNAP: f64 = std::f64::consts::PI / 12.0;
 
 /// What the pointer is used for.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -60,7 +64,9 @@ impl Tool {
             Self::Freehand => "Drag draws; the line becomes a spline within the tolerance",
             Self::Insert => "Click on a curve adds an anchor there, and the curve stays",
             Self::Join => "Click on an anchor: corner, smooth, mirrored, automatic, in turn",
-            Self::Drawing => "Choose an SVG; wheel scales, Shift and wheel turn, a click places it",
+            Self::Drawing => {
+                "Choose an SVG; wheel scales, Shift and wheel turn, or drag from its middle; a click places it"
+            }
         }
     }
 }
@@ -79,6 +85,7 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<ToolPointer>()
         .init_resource::<TakesWheel>()
         .init_resource::<pen::PenStart>()
+        .init_resource::<pen::PenPull>()
         .init_resource::<select::BoxSelection>()
         .init_resource::<insert::InsertPreview>()
         .init_resource::<transform::Transforming>()
@@ -86,6 +93,8 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<freehand::FreehandSettings>()
         .register_type::<freehand::FreehandSettings>()
         .init_resource::<ToolKeys>()
+        .init_resource::<drawing::DrawingInHand>()
+        .add_message::<drawing::TakeDrawing>()
         .add_message::<transform::BeginTransform>()
         .add_systems(
             PreUpdate,
@@ -98,7 +107,15 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             Update,
             // A transform takes what the pointer does before all others.
-            (transform::transform, select::select, pen::draw, freehand::draw, insert::insert, join::click)
+            (
+                transform::transform,
+                select::select,
+                pen::draw,
+                freehand::draw,
+                insert::insert,
+                join::click,
+                drawing::place,
+            )
                 .chain()
                 .in_set(ToolSystems),
         );
@@ -112,12 +129,15 @@ fn leave_to_tools(
     pointer: Res<ToolPointer>,
     (tool, selection, transforming): (Res<Tool>, Res<Selection>, Res<transform::Transforming>),
     mut tool_keys: ResMut<ToolKeys>,
-    mut settings: ResMut<DragSettings>,
+    (mut settings, mut bound): (ResMut<DragSettings>, ResMut<DragModifiers>),
     mut picking: ResMut<SplinePickingSettings>,
 ) {
+    let Modifiers { control, shift, alt } = Modifiers::of(&keys);
+    let is_dragged = drag.dragged().is_some();
+    let snap = (is_dragged && control).then_some(SNAP);
+    bound.set_if_neq(DragModifiers { free: is_dragged && alt, snap, keep_direction: is_dragged && shift });
     tool_keys.set_if_neq(ToolKeys(transforming.0.is_some()));
     if *drag == DragState::Idle {
-        let alt = Modifiers::of(&keys).alt;
         let pressed = pointer.events.iter().find_map(|event| match event {
             PointerEvent::Press { at, .. } => Some(at),
             _ => None,

@@ -17,6 +17,10 @@ use crate::surface::SurfacePoint;
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PenStart(pub(crate) Option<FirstPoint>);
 
+/// The handle that is being pulled out of the last anchor of a spline, beyond which there is no segment yet.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct PenPull(pub(crate) Option<(Entity, u32)>);
+
 /// The first point of a spline that is not there yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FirstPoint {
@@ -44,6 +48,7 @@ pub(crate) struct Desk<'w, 's> {
     next: ResMut<'w, NextNumber>,
     selection: ResMut<'w, Selection>,
     start: ResMut<'w, PenStart>,
+    pull_shown: ResMut<'w, PenPull>,
     notices: ResMut<'w, Notices>,
     history: ResMut<'w, History>,
     edits: MessageWriter<'w, EditSpline>,
@@ -189,6 +194,7 @@ impl Desk<'_, '_> {
                 }
             }
             Some(Pulling::Last { spline, anchor, gesture }) => {
+                self.pull_shown.set_if_neq(PenPull(Some((spline, anchor))));
                 let edit = SplineEdit::MoveHandle { anchor, side: HandleSide::Outgoing, to: point };
                 self.edits.write(EditSpline::new(spline, edit).undoable().in_gesture(gesture));
             }
@@ -198,6 +204,7 @@ impl Desk<'_, '_> {
 
     /// The handle is let go; taken back, the anchor goes as well.
     fn let_go(&mut self, cancel: bool) {
+        self.pull_shown.set_if_neq(PenPull(None));
         match self.pulling.take() {
             Some(Pulling::First) if cancel => self.start.0 = None,
             Some(Pulling::Last { gesture, .. }) => {

@@ -1,38 +1,34 @@
-//! Curves, and the legs of handles and of control polygons, as lines on the model; what is behind the model shines through
-//! faintly, and so does a curve that is being traced. Where a curve is torn, its line is.
+//! The legs of handles and of control polygons, lines that are being drawn by hand, and drawings that are being placed; what is
+//! behind the model shines through faintly.
 //!
 //! Gizmo groups differ in what a group can differ in: width, and how far in front of the model it is drawn.
 
 use crate::curve::HandleSide;
 use crate::geodesic::GeodesicPath;
 use crate::prelude::*;
-use bevy::ecs::query::QueryData;
 use bevy::picking::hover::HoverMap;
 use bevy::picking::pointer::PointerId;
 use bevy::prelude::*;
 
 use crate::editor::colors;
-use crate::editor::curves::Curve;
-use crate::editor::selection::Selection;
+use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
+use crate::editor::tools::pen::PenPull;
 
 /// A little towards the eye, so that lines do not fight with the faces they lie on: about 1/200 of the distance.
-const ON_TOP: f32 = -0.0007;
+pub(super) const ON_TOP: f32 = -0.0007;
 /// At -1 rounding clips pieces of lines at the near plane.
-const IN_FRONT_OF_ALL: f32 = -0.9;
+pub(super) const IN_FRONT_OF_ALL: f32 = -0.9;
 
-/// Curves, 2 px.
+/// Drawings that are being placed, 2 px.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct CurveLines;
-/// The curve under the pointer, 3 px.
+/// Lines that are being drawn, 3 px.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct HoveredLines;
 /// Legs, 1 px.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct LegLines;
-/// Curves behind the model.
-#[derive(Default, Reflect, GizmoConfigGroup)]
-struct FaintLines;
 /// Legs behind the model.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 struct FaintLegLines;
@@ -41,9 +37,8 @@ pub(crate) fn plugin(app: &mut App) {
     app.insert_gizmo_config(CurveLines, lines(2.0, ON_TOP))
         .insert_gizmo_config(HoveredLines, lines(3.0, ON_TOP))
         .insert_gizmo_config(LegLines, lines(1.0, ON_TOP))
-        .insert_gizmo_config(FaintLines, faint_lines(2.0))
         .insert_gizmo_config(FaintLegLines, faint_lines(1.0))
-        .add_systems(PostUpdate, (draw_curves, draw_legs, draw_stroke).in_set(SurfaceSplineSystems::Draw));
+        .add_systems(PostUpdate, (draw_legs, draw_stroke, draw_drawing).in_set(SurfaceSplineSystems::Draw));
 }
 
 fn lines(width: f32, depth_bias: f32) -> GizmoConfig {
@@ -58,56 +53,18 @@ fn faint_lines(width: f32) -> GizmoConfig {
     config
 }
 
-/// What is shown of a curve: while it is traced in the background, the preview.
-#[derive(QueryData)]
-struct Shown {
-    trace: Option<&'static SplineTrace>,
-    preview: Option<&'static TracePreview>,
-}
-
-impl ShownItem<'_, '_> {
-    fn pieces(&self) -> Vec<&[Vec3]> {
-        match (self.preview, self.trace) {
-            (Some(preview), _) => preview.pieces().collect(),
-            (None, Some(trace)) => trace.pieces().collect(),
-            (None, None) => Vec::new(),
-        }
-    }
-}
-
-fn draw_curves(
-    (mut plain, mut wide, mut faint): (Gizmos<CurveLines>, Gizmos<HoveredLines>, Gizmos<FaintLines>),
-    surfaces: SurfaceQueries,
-    curves: Query<(Entity, Shown, &OnSurface, Option<&Curve>)>,
-    selection: Res<Selection>,
-    hover: Res<HoverMap>,
-) {
-    for (entity, shown, on, curve) in &curves {
-        let Some(view) = surfaces.get(on.0).filter(|_| curve.is_none_or(|curve| !curve.hidden)) else { continue };
-        let own = curve.map_or(colors::CURVES[0], |curve| curve.color);
-        let color = if selection.has_spline(entity) { colors::ACCENT } else { own };
-        let color = color.with_alpha(if shown.preview.is_some() { colors::PREVIEW } else { 1.0 });
-        for piece in shown.pieces() {
-            let line: Vec<Vec3> = piece.iter().map(|p| view.to_world().transform_point3(*p)).collect();
-            faint.linestrip(line.iter().copied(), color.with_alpha(colors::BEHIND * color.alpha()));
-            if is_hovered(&hover, entity) {
-                wide.linestrip(line, colors::hovered(color));
-            } else {
-                plain.linestrip(line, color);
-            }
-        }
-    }
-}
-
 fn draw_legs(
     (mut plain, mut faint): (Gizmos<LegLines>, Gizmos<FaintLegLines>),
     surfaces: SurfaceQueries,
-    splines: Query<(&SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
+    splines: Query<(Entity, &SurfaceSpline, &OnSurface, Option<&ControlPolygon>), With<Editable>>,
+    pull: Res<PenPull>,
 ) {
     let color = colors::ACCENT.mix(&Color::WHITE, 0.55);
-    for (spline, on, polygon) in &splines {
+    for (entity, spline, on, polygon) in &splines {
         let Some(view) = surfaces.get(on.0) else { continue };
-        let handles = ControlKind::all(spline).into_iter().filter_map(|kind| shown_leg(spline, kind));
+        let pulled = pull.0.filter(|(of, _)| *of == entity);
+        let pulled = pulled.map(|(_, anchor)| ControlKind::Handle(anchor, HandleSide::Outgoing));
+        let handles = ControlKind::all(spline).into_iter().chain(pulled).filter_map(|kind| shown_leg(spline, kind));
         let handles = handles.map(|leg| leg.positions(view.surface()).iter().map(|p| p.as_vec3()).collect());
         let polygon = polygon.into_iter().flat_map(|polygon| polygon.legs()).map(<[Vec3]>::to_vec);
         for local in handles.chain(polygon) {
@@ -125,6 +82,15 @@ fn draw_stroke(mut wide: Gizmos<HoveredLines>, surfaces: SurfaceQueries, freehan
     for path in line.paths() {
         let positions = path.positions(view.surface());
         wide.linestrip(positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())), colors::ACCENT);
+    }
+}
+
+/// The drawing that is about to be placed.
+fn draw_drawing(mut plain: Gizmos<CurveLines>, surfaces: SurfaceQueries, hand: Res<DrawingInHand>) {
+    let Some((on, lines)) = hand.preview() else { return };
+    let Some(view) = surfaces.get(on) else { return };
+    for line in lines {
+        plain.linestrip(line.iter().map(|p| view.to_world().transform_point3(p.as_vec3())), colors::ACCENT);
     }
 }
 

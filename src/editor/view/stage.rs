@@ -2,6 +2,7 @@
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::visibility::NoFrustumCulling;
+use bevy::core_pipeline::tonemapping::DebandDither;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 
@@ -19,7 +20,8 @@ pub(crate) fn plugin(app: &mut App) {
 /// How the stage is set.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StageSettings {
-    /// Whether edges are smoothed; a software driver draws several times faster without.
+    /// Whether edges are smoothed and shades dithered; a software driver draws several times faster without, and pictures take less
+    /// room.
     pub smooth_edges: bool,
 }
 
@@ -58,13 +60,17 @@ fn set_stage(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let msaa = if settings.smooth_edges { Msaa::Sample4 } else { Msaa::Off };
+    let (msaa, dither) = if settings.smooth_edges {
+        (Msaa::Sample4, DebandDither::Enabled)
+    } else {
+        (Msaa::Off, DebandDither::Disabled)
+    };
     let backdrop = (
         Mesh3d(meshes.add(backdrop_mesh())),
         MeshMaterial3d(materials.add(StandardMaterial { unlit: true, fog_enabled: false, ..default() })),
         NoFrustumCulling,
     );
-    commands.spawn((msaa, Orbit::default())).with_children(|rig| {
+    commands.spawn((msaa, dither, Orbit::default())).with_children(|rig| {
         let mut light = |from: Vec3, illuminance: f32, color: Color| {
             let toward = Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y);
             rig.spawn((DirectionalLight { illuminance, color, ..default() }, toward));

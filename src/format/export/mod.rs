@@ -120,7 +120,7 @@ impl TraceExport {
 }
 
 impl Trace {
-    /// Writes the polyline in the format that the file's extension names: OBJ, CSV or GLB, see [`format::export`](self).
+    /// Writes the polyline in the format that the file's extension names: OBJ, CSV or GLB, see [`format::export`](mod@crate::format::export).
     ///
     /// # Errors
     /// [`ExportError`].

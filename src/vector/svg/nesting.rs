@@ -111,12 +111,20 @@ impl<'t> Scan<'t> {
         let end = outside_quotes(self.rest(), b"[>");
         let has_subset = self.rest().as_bytes().get(end) == Some(&b'[');
         self.at += (end + 1).min(self.rest().len());
-        while has_subset {
+        if has_subset {
+            self.declarations()?;
+            self.skip_past(">");
+        }
+        Ok(())
+    }
+
+    /// Goes over the declarations of a document type, to the bracket behind them.
+    fn declarations(&mut self) -> Result<(), SvgError> {
+        loop {
             self.at += outside_quotes(self.rest(), b"<]");
             let rest = self.rest();
             if rest.is_empty() || rest.starts_with(']') {
-                self.skip_past(">");
-                break;
+                return Ok(());
             }
             if rest.starts_with("<!--") {
                 self.skip_past("-->");
@@ -129,7 +137,6 @@ impl<'t> Scan<'t> {
                 self.at += declaration.len();
             }
         }
-        Ok(())
     }
 
     /// Notes an entity, where a declaration is one: its name, and between quotes what it stands for.

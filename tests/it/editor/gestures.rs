@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_surface_splines::curve::TraceWorkspace;
-use bevy_surface_splines::editor::EditorAction;
+use bevy_surface_splines::editor::{EditorAction, Freehand};
 use bevy_surface_splines::plugin::ControlKind;
 use bevy_surface_splines::prelude::*;
 
@@ -65,7 +65,7 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
     if held {
         studio.hand.hold(&mut studio.app, KeyCode::ShiftLeft);
     }
-    let what = match random.below(14) {
+    let what = match random.below(18) {
         0 => {
             studio.strike(KeyCode::KeyP);
             for _ in 0..=random.below(3) {
@@ -117,6 +117,51 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
             take_an_anchor(studio, random);
             studio.shift(KeyCode::KeyX);
             "delete segment"
+        }
+        14 => {
+            take_an_anchor(studio, random);
+            studio.strike([KeyCode::KeyG, KeyCode::KeyR, KeyCode::KeyS][random.below(3) as usize]);
+            studio.app.update();
+            for _ in 0..3 {
+                let place = somewhere(random);
+                studio.hand.move_to(&mut studio.app, place);
+            }
+            studio.strike(if random.below(3) == 0 { KeyCode::Escape } else { KeyCode::Enter });
+            "transform"
+        }
+        15 => {
+            studio.strike(KeyCode::KeyN);
+            let (from, step) = (somewhere(random), 25.0 * Vec2::new(random.signed(), random.signed()));
+            let line: Vec<Vec2> = (0..12u8)
+                .map(|i| from + f32::from(i) * step + 10.0 * Vec2::new(random.signed(), random.signed()))
+                .collect();
+            studio.drag(&line);
+            // What was drawn is fitted in the background.
+            for _ in 0..500 {
+                if !studio.app.world().resource::<Freehand>().is_fitting() {
+                    break;
+                }
+                std::thread::sleep(std::time::Duration::from_millis(1));
+                studio.app.update();
+            }
+            "freehand"
+        }
+        16 => {
+            take_an_anchor(studio, random);
+            studio.control(KeyCode::KeyC);
+            let place = somewhere(random);
+            studio.hand.move_to(&mut studio.app, place);
+            studio.control(KeyCode::KeyV);
+            "copy and paste"
+        }
+        17 => {
+            studio.strike(KeyCode::KeyV);
+            let corner = somewhere(random);
+            let other = somewhere(random);
+            studio.drag(&[corner, corner.lerp(other, 0.5), other]);
+            let places = way(on_something(studio, random), random);
+            studio.drag(&places);
+            "box and drag"
         }
         12 => {
             // Taken back half way.

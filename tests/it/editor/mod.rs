@@ -1,6 +1,9 @@
 //! The editor's tools in a headless app, driven by mouse and keys.
 
+mod documents;
 mod gestures;
+#[cfg(feature = "editor")]
+mod panel;
 mod tools;
 
 use bevy::prelude::*;

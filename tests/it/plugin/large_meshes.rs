@@ -18,7 +18,7 @@ use super::drags::bits;
 const STEPS: u32 = 40;
 const STEP: f64 = 0.002;
 /// Where frames in which nothing happens take longer than this, in milliseconds, times say nothing.
-const QUIET: f64 = 1.0;
+const QUIET: f64 = 2.0;
 /// Time between frames, in milliseconds.
 const FRAME: f64 = 16.0;
 

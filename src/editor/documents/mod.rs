@@ -1,0 +1,316 @@
+//! Documents: opening, saving, exporting, in the background, so that no file makes a frame wait.
+//!
+//! What fails leaves everything as it was: a document takes the place of the one before when its model is built and all its
+//! splines are restored, and a file is replaced as a whole or not at all.
+
+use std::path::{Path, PathBuf};
+
+use bevy::prelude::*;
+use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
+
+use super::model::{Candidate, OpenModel, Reading};
+use super::tools::drawing::DrawingInHand;
+use crate::format::document::Recent;
+
+mod autosave;
+mod export;
+mod open;
+mod save;
+
+pub use autosave::AutosaveSettings;
+pub(crate) use open::{Opened, Restoring, begin_on_candidate};
+
+/// Asks for something to be done with files.
+#[derive(Message, Clone, Debug, PartialEq, Eq)]
+pub enum FileRequest {
+    /// Opens a document (`.ron`), a drawing (`.svg`) or a mesh, told apart by how the name ends.
+    Open(PathBuf),
+    /// Saves the document where it came from; asks for a place if it came from nowhere.
+    Save,
+    /// Saves the document under another name.
+    SaveAs(PathBuf),
+    /// Writes all traces as OBJ, CSV or GLB lines, or as a drawing (`.svg`), told apart by how the name ends.
+    Export(PathBuf),
+    /// Stops what is done in the background: nothing comes of it. A file that is being written is whole or as it was.
+    Cancel,
+    /// Answers the question that is open: goes on, or leaves everything as it is.
+    Answer(bool),
+}
+
+/// The document that is edited.
+#[derive(Resource, Debug, Default)]
+pub struct DocumentFile {
+    path: Option<PathBuf>,
+    question: Option<Question>,
+    /// How often a place to save to was asked for.
+    places_wanted: u32,
+    working: Option<&'static str>,
+}
+
+/// Something to be decided before anything is done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// What is asked.
+    pub text: String,
+    /// What the answer yes does.
+    pub yes: &'static str,
+    /// What the answer no does.
+    pub no: &'static str,
+    then: Then,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Then {
+    /// Opens something else, and unsaved edits are lost.
+    Open(PathBuf),
+    /// Opens the autosave, or throws it away.
+    Recover(autosave::Found),
+}
+
+impl Question {
+    /// Whether no answer may be taken for no: something would be lost.
+    pub fn decides_for_good(&self) -> bool {
+        matches!(self.then, Then::Recover(_))
+    }
+}
+
+impl DocumentFile {
+    /// Where it was opened from or saved to.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// The question that is open.
+    pub fn question(&self) -> Option<&Question> {
+        self.question.as_ref()
+    }
+
+    /// What is done in the background with files, in words.
+    pub fn working(&self) -> Option<&'static str> {
+        self.working
+    }
+
+    /// How often a place to save to was asked for: whoever sees the count grow should ask the user.
+    pub fn places_wanted(&self) -> u32 {
+        self.places_wanted
+    }
+}
+
+/// The documents that were opened or saved last, and the file that remembers them; none is kept without.
+#[derive(Resource, Debug, Default)]
+pub struct RecentDocuments {
+    /// The list.
+    pub list: Recent,
+    /// Where it is kept.
+    pub file: Option<PathBuf>,
+}
+
+impl RecentDocuments {
+    /// The list that a file remembers.
+    pub fn from_file(file: PathBuf) -> Self {
+        Self { list: Recent::load(&file), file: Some(file) }
+    }
+
+    fn note(&mut self, path: &Path) {
+        self.list.note(path);
+        if let Some(file) = &self.file
+            && let Err(error) = self.list.save(file)
+        {
+            warn!("the list of recent documents is not kept: {error}");
+        }
+    }
+}
+
+/// Work with files that is under way: what is written, read or made, one thing at a time each.
+#[derive(Resource, Default)]
+pub(crate) struct FileTasks {
+    reading: Option<Task<open::ReadResult>>,
+    saving: Option<Task<save::SaveResult>>,
+    exporting: Option<Task<export::ExportResult>>,
+}
+
+pub(crate) fn spawn<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Task<T> {
+    AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(async move { work() })
+}
+
+/// Fetches what a task made, if it is done.
+fn fetch<T>(task: &mut Option<Task<T>>) -> Option<T> {
+    let done = block_on(future::poll_once(task.as_mut()?))?;
+    *task = None;
+    Some(done)
+}
+
+pub(crate) fn plugin(app: &mut App) {
+    app.add_message::<FileRequest>()
+        .init_resource::<DocumentFile>()
+        .init_resource::<RecentDocuments>()
+        .init_resource::<FileTasks>()
+        .init_resource::<AutosaveSettings>()
+        .add_observer(open::forget_path)
+        .add_systems(
+            Update,
+            (
+                open::open_dropped,
+                take_requests,
+                (open::collect, open::collect_restored, save::collect, export::collect, autosave::keep, tell_work),
+            )
+                .chain(),
+        )
+        .add_systems(Startup, autosave::look_for_untitled);
+}
+
+/// Models on which a document is restored, or that are to take the place of the one before.
+type UnderWay = Or<(With<Restoring>, With<Candidate>)>;
+
+/// What requests need.
+#[derive(bevy::ecs::system::SystemParam)]
+struct Desk<'w, 's> {
+    commands: Commands<'w, 's>,
+    restoring: Query<'w, 's, (Entity, Has<Candidate>), UnderWay>,
+    hand: ResMut<'w, DrawingInHand>,
+    reading: ResMut<'w, Reading>,
+    files: ResMut<'w, DocumentFile>,
+    tasks: ResMut<'w, FileTasks>,
+    scene: save::Scene<'w, 's>,
+    opens: MessageWriter<'w, OpenModel>,
+    drawings: MessageWriter<'w, super::tools::drawing::TakeDrawing>,
+    notices: ResMut<'w, super::notices::Notices>,
+    settings: Res<'w, AutosaveSettings>,
+}
+
+fn take_requests(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
+    for request in requests.read() {
+        match request {
+            FileRequest::Open(path) => desk.open(path),
+            FileRequest::Save => match desk.files.path.clone() {
+                Some(path) => desk.save(path),
+                None => desk.files.places_wanted += 1,
+            },
+            FileRequest::SaveAs(path) => desk.save(with_extension(path)),
+            FileRequest::Export(path) => desk.export(path),
+            FileRequest::Cancel => desk.cancel(),
+            FileRequest::Answer(yes) => desk.answer(*yes),
+        }
+    }
+}
+
+/// A document's name ends as documents do.
+fn with_extension(path: &Path) -> PathBuf {
+    let ends = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"));
+    if ends { path.to_owned() } else { PathBuf::from(format!("{}.splines.ron", path.display())) }
+}
+
+impl Desk<'_, '_> {
+    fn open(&mut self, path: &Path) {
+        let kind = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        if kind.as_deref() == Some("svg") {
+            self.drawings.write(super::tools::drawing::TakeDrawing(path.to_owned()));
+            return;
+        }
+        if self.scene.history.is_dirty() {
+            let text = "There are edits that are not saved. Opening another file takes its place.".into();
+            let then = Then::Open(path.to_owned());
+            self.files.question = Some(Question { text, yes: "Open, lose the edits", no: "Stay here", then });
+            return;
+        }
+        self.open_at_once(path);
+    }
+
+    fn open_at_once(&mut self, path: &Path) {
+        let is_document = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"));
+        if !is_document {
+            self.opens.write(OpenModel::File(path.to_owned()));
+            return;
+        }
+        if let Some(found) = autosave::beside(path, &self.settings) {
+            let text = format!("{} was not saved when it was edited last.", path.display());
+            let then = Then::Recover(found);
+            self.files.question = Some(Question { text, yes: "Take the newer one", no: "Open what was saved", then });
+            return;
+        }
+        self.read(path.to_owned(), path.to_owned());
+    }
+
+    /// Reads a document from one place that belongs to another: an autosave belongs to its document.
+    fn read(&mut self, from: PathBuf, path: PathBuf) {
+        self.tasks.reading = Some(spawn(move || open::read(&from, path)));
+    }
+
+    fn answer(&mut self, yes: bool) {
+        let Some(question) = self.files.question.take() else { return };
+        match (question.then, yes) {
+            (Then::Open(path), true) => self.open_at_once(&path),
+            (Then::Open(_), false) => {}
+            (Then::Recover(found), true) => self.read(found.autosave, found.document.unwrap_or_default()),
+            (Then::Recover(found), false) => {
+                found.discard();
+                if let Some(path) = found.document {
+                    self.read(path.clone(), path);
+                }
+            }
+        }
+    }
+
+    fn cancel(&mut self) {
+        *self.tasks = FileTasks::default();
+        self.hand.cancel();
+        // Without a model there is nothing to stay with.
+        if !self.scene.models.is_empty() {
+            self.reading.cancel();
+        }
+        for (entity, is_candidate) in &self.restoring {
+            self.commands.entity(entity).remove::<Restoring>();
+            if is_candidate && !self.scene.models.is_empty() {
+                self.commands.entity(entity).despawn();
+            }
+        }
+    }
+
+    fn save(&mut self, path: PathBuf) {
+        if self.tasks.saving.is_some() {
+            self.notices.warn("The document is being saved: wait until it is done.");
+            return;
+        }
+        match self.scene.document(Some(&path)) {
+            Ok(document) => {
+                let position = self.scene.history.position();
+                self.tasks.saving = Some(spawn(move || save::write(&document, path, position)));
+            }
+            Err(reason) => self.notices.error(format!("The document cannot be saved: {reason}")),
+        }
+    }
+
+    fn export(&mut self, path: &Path) {
+        match self.scene.export(path) {
+            Ok(work) => self.tasks.exporting = Some(spawn(work)),
+            Err(reason) => self.notices.error(format!("Nothing was exported: {reason}")),
+        }
+    }
+}
+
+fn tell_work(
+    mut files: ResMut<DocumentFile>,
+    (tasks, hand, model): (Res<FileTasks>, Res<DrawingInHand>, Res<Reading>),
+    (restoring, candidates): (Query<(), With<Restoring>>, Query<(), With<Candidate>>),
+) {
+    let working = if tasks.reading.is_some() {
+        Some("Reading the document …")
+    } else if !restoring.is_empty() {
+        Some("Restoring the curves …")
+    } else if model.is_busy() {
+        Some("Reading the model …")
+    } else if !candidates.is_empty() {
+        Some("Building the surface …")
+    } else if hand.is_busy() {
+        Some("Reading and placing the drawing …")
+    } else if tasks.saving.is_some() {
+        Some("Saving …")
+    } else if tasks.exporting.is_some() {
+        Some("Exporting …")
+    } else {
+        None
+    };
+    if files.working != working {
+        files.working = working;
+    }
+}

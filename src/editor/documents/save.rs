@@ -1,0 +1,83 @@
+//! From the scene to a document, and from there to a file.
+
+use std::path::{Path, PathBuf};
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+
+use super::{DocumentFile, FileTasks, RecentDocuments, autosave, fetch};
+use crate::editor::camera::{Orbit, view_of};
+use crate::editor::curves::Curve;
+use crate::editor::history::History;
+use crate::editor::model::Model;
+use crate::editor::notices::Notices;
+use crate::format::document::{Document, DocumentError, SplineStyle};
+use crate::plugin::{BuiltSurface, OnSurface, SplineTrace, SurfaceSpline};
+
+/// What is saved.
+#[derive(SystemParam)]
+pub(crate) struct Scene<'w, 's> {
+    pub(crate) history: ResMut<'w, History>,
+    pub(crate) models: Query<'w, 's, (Entity, &'static Model, &'static BuiltSurface)>,
+    pub(crate) curves:
+        Query<'w, 's, (&'static Curve, &'static SurfaceSpline, &'static OnSurface, Option<&'static SplineTrace>)>,
+    cameras: Query<'w, 's, (&'static Orbit, &'static Transform, &'static Projection)>,
+}
+
+/// Where it was saved, at which position of the history.
+pub(crate) type SaveResult = Result<(PathBuf, u64), (PathBuf, DocumentError)>;
+
+impl Scene<'_, '_> {
+    /// The document as it is now, for a file at some place.
+    pub(crate) fn document(&self, at: Option<&Path>) -> Result<Document, String> {
+        let Some((entity, model, surface)) = self.models.iter().next() else {
+            return Err("there is no model yet: open one first".into());
+        };
+        let mut reference = model.reference(surface);
+        if let (Some(document), Some(mesh)) = (at, &model.path) {
+            reference = reference.beside(document, mesh);
+        }
+        let mut document = Document::new(reference);
+        let mut curves: Vec<_> = self.curves.iter().filter(|(_, _, on, _)| on.0 == entity).collect();
+        curves.sort_by_key(|(curve, ..)| curve.number);
+        for (curve, spline, ..) in curves {
+            let added = document.add(surface, curve.name.clone(), spline).map_err(|error| error.to_string())?;
+            let colour = curve.color.to_srgba().to_f32_array();
+            added.style = SplineStyle { colour, width: curve.width };
+            (added.hidden, added.locked) = (curve.hidden, curve.locked);
+        }
+        document.view = self.cameras.iter().next().map(|(orbit, place, lens)| view_of(orbit, place, lens));
+        Ok(document)
+    }
+}
+
+pub(crate) fn write(document: &Document, path: PathBuf, position: u64) -> SaveResult {
+    match document.save(&path) {
+        Ok(()) => Ok((path, position)),
+        Err(error) => Err((path, error)),
+    }
+}
+
+/// Tells how saving ended.
+pub(crate) fn collect(
+    mut tasks: ResMut<FileTasks>,
+    mut files: ResMut<DocumentFile>,
+    mut recent: ResMut<RecentDocuments>,
+    mut history: ResMut<History>,
+    mut notices: ResMut<Notices>,
+    settings: Res<super::AutosaveSettings>,
+) {
+    match fetch(&mut tasks.saving) {
+        Some(Ok((path, position))) => {
+            history.mark_saved(position);
+            autosave::discard(files.path(), &settings);
+            notices.info(format!("Saved {}", path.display()));
+            recent.note(&path);
+            files.path = Some(path);
+        }
+        Some(Err((path, error))) => {
+            notices.error(format!("{} was not saved, and is as it was: {error}", path.display()))
+        }
+        None => {}
+    }
+}

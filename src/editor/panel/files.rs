@@ -1,0 +1,246 @@
+//! Asking for a file: a path field everywhere, the platform's dialog where it has one, and the documents used last.
+
+use std::path::PathBuf;
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
+use bevy_egui::egui;
+
+use super::theme;
+use crate::editor::documents::{DocumentFile, FileRequest, RecentDocuments};
+use crate::editor::history::History;
+
+/// What a file is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    Open,
+    SaveAs,
+    Export,
+    Drawing,
+}
+
+impl Purpose {
+    fn title(self) -> &'static str {
+        match self {
+            Self::Open => "Open",
+            Self::SaveAs => "Save as",
+            Self::Export => "Export",
+            Self::Drawing => "Choose a drawing",
+        }
+    }
+
+    fn hint(self) -> &'static str {
+        match self {
+            Self::Open => "A document (.ron), a drawing (.svg), or a mesh: OBJ, STL, PLY, OFF, glTF, GLB",
+            Self::SaveAs => "A document ends in .splines.ron",
+            Self::Export => ".obj, .csv or .glb for the lines of the traces, .svg for a drawing of them",
+            Self::Drawing => "An SVG; it follows the pointer then, and a click places it",
+        }
+    }
+
+    fn filters(self) -> &'static [(&'static str, &'static [&'static str])] {
+        const MESHES: &[&str] = &["obj", "stl", "ply", "off", "gltf", "glb"];
+        match self {
+            Self::Open => &[
+                ("All that can be opened", &["ron", "svg", "obj", "stl", "ply", "off", "gltf", "glb"]),
+                ("Documents", &["ron"]),
+                ("Meshes", MESHES),
+                ("Drawings", &["svg"]),
+            ],
+            Self::SaveAs => &[("Documents", &["ron"])],
+            Self::Export => &[("Lines and drawings", &["obj", "csv", "glb", "svg"])],
+            Self::Drawing => &[("Drawings", &["svg"])],
+        }
+    }
+
+    fn saves(self) -> bool {
+        matches!(self, Self::SaveAs | Self::Export)
+    }
+
+    fn request(self, path: PathBuf) -> FileRequest {
+        match self {
+            Self::Open | Self::Drawing => FileRequest::Open(path),
+            Self::SaveAs => FileRequest::SaveAs(path),
+            Self::Export => FileRequest::Export(path),
+        }
+    }
+}
+
+/// The file that is asked for.
+#[derive(Resource, Default)]
+pub(crate) struct FileDialog {
+    purpose: Option<Purpose>,
+    path: String,
+    is_new: bool,
+    /// How often a place to save to was wanted when this was asked last.
+    places_wanted: u32,
+    browsing: Option<Task<Option<PathBuf>>>,
+}
+
+impl FileDialog {
+    pub(crate) fn ask(&mut self, purpose: Purpose) {
+        (self.purpose, self.is_new) = (Some(purpose), true);
+    }
+
+    pub(crate) fn is_open(&self) -> bool {
+        self.purpose.is_some()
+    }
+}
+
+/// What files need.
+#[derive(SystemParam)]
+pub(crate) struct Files<'w> {
+    pub(crate) dialog: ResMut<'w, FileDialog>,
+    document: Option<Res<'w, DocumentFile>>,
+    recent: Option<Res<'w, RecentDocuments>>,
+    pub(crate) requests: Option<MessageWriter<'w, FileRequest>>,
+    history: Res<'w, History>,
+}
+
+/// The row of buttons at the top of the scene; nothing in a game that opens no files.
+pub(crate) fn show_buttons(ui: &mut egui::Ui, files: &mut Files) {
+    let (Some(document), Some(requests)) = (&files.document, &mut files.requests) else { return };
+    let name = document.path().and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned());
+    // A sign that does not rely on colour.
+    let dirty = if files.history.is_dirty() { " •" } else { "" };
+    let text = egui::RichText::new(format!("{}{dirty}", name.as_deref().unwrap_or("Not saved yet"))).strong();
+    ui.add(egui::Label::new(text).truncate()).on_hover_text("The document; • stands for edits that are not saved");
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Open …").on_hover_text("Ctrl+O").clicked() {
+            files.dialog.ask(Purpose::Open);
+        }
+        if ui.button("Save").on_hover_text("Ctrl+S").clicked() {
+            requests.write(FileRequest::Save);
+        }
+        if ui.button("Save as …").on_hover_text("Ctrl+Shift+S").clicked() {
+            files.dialog.ask(Purpose::SaveAs);
+        }
+        if ui.button("Export …").on_hover_text("Traces as OBJ, CSV or GLB, or all as an SVG").clicked() {
+            files.dialog.ask(Purpose::Export);
+        }
+        let recent = files.recent.as_ref().map(|recent| recent.list.paths().to_vec()).unwrap_or_default();
+        ui.add_enabled_ui(!recent.is_empty(), |ui| {
+            ui.menu_button("Recent", |ui| {
+                for path in recent {
+                    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+                    if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+                        requests.write(FileRequest::Open(path));
+                        ui.close();
+                    }
+                }
+            });
+        });
+    });
+}
+
+/// Shows the dialog or the question that is open.
+pub(crate) fn show(ctx: &egui::Context, files: &mut Files) {
+    let wanted = files.document.as_ref().map_or(0, |document| document.places_wanted());
+    if wanted != files.dialog.places_wanted {
+        files.dialog.places_wanted = wanted;
+        files.dialog.ask(Purpose::SaveAs);
+    }
+    show_question(ctx, files);
+    show_dialog(ctx, files);
+}
+
+fn show_question(ctx: &egui::Context, files: &mut Files) {
+    let Some(question) = files.document.as_ref().and_then(|document| document.question().cloned()) else { return };
+    let mut answer = None;
+    let modal = egui::Modal::new("question".into()).frame(theme::card().inner_margin(20)).show(ctx, |ui| {
+        ui.set_max_width(360.0);
+        ui.label(&question.text);
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            answer = ui.button(question.yes).clicked().then_some(true);
+            if ui.button(question.no).clicked() {
+                answer = Some(false);
+            }
+        });
+    });
+    if modal.should_close() && !question.decides_for_good() {
+        answer = Some(false);
+    }
+    if let (Some(answer), Some(requests)) = (answer, &mut files.requests) {
+        requests.write(FileRequest::Answer(answer));
+    }
+}
+
+fn show_dialog(ctx: &egui::Context, files: &mut Files) {
+    let Some(purpose) = files.dialog.purpose else { return };
+    let dialog = &mut *files.dialog;
+    let browsed = dialog.browsing.as_mut().and_then(|task| block_on(future::poll_once(task)));
+    if let Some(found) = browsed {
+        dialog.browsing = None;
+        if let (Some(path), Some(requests)) = (found, &mut files.requests) {
+            requests.write(purpose.request(path));
+            dialog.purpose = None;
+            return;
+        }
+    }
+    let (mut go, mut leave) = (false, false);
+    let modal = egui::Modal::new("file".into()).frame(theme::card().inner_margin(20)).show(ctx, |ui| {
+        ui.set_max_width(420.0);
+        ui.heading(purpose.title());
+        ui.label(egui::RichText::new(purpose.hint()).weak());
+        let field = ui.add(egui::TextEdit::singleline(&mut dialog.path).hint_text("Path").desired_width(400.0));
+        if std::mem::take(&mut dialog.is_new) {
+            field.request_focus();
+        }
+        go |= field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        ui.horizontal(|ui| {
+            go |= ui.add_enabled(!dialog.path.trim().is_empty(), egui::Button::new(purpose.title())).clicked();
+            if ui.add_enabled(dialog.browsing.is_none(), egui::Button::new("Browse …")).clicked() {
+                dialog.browsing = Some(browse(purpose));
+            }
+            leave |= ui.button("Cancel").clicked();
+        });
+    });
+    if go && !dialog.path.trim().is_empty() {
+        let path = PathBuf::from(dialog.path.trim());
+        if let Some(requests) = &mut files.requests {
+            requests.write(purpose.request(path));
+        }
+        dialog.purpose = None;
+    } else if leave || modal.should_close() {
+        (dialog.purpose, dialog.browsing) = (None, None);
+    }
+}
+
+/// The platform's own dialog, while the editor goes on.
+fn browse(purpose: Purpose) -> Task<Option<PathBuf>> {
+    let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
+    for (name, extensions) in purpose.filters() {
+        dialog = dialog.add_filter(*name, extensions);
+    }
+    AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(async move {
+        let picked = if purpose.saves() { dialog.save_file().await } else { dialog.pick_file().await };
+        picked.map(|file| file.path().to_owned())
+    })
+}
+
+/// Ctrl+O, Ctrl+Shift+S and the drawing tool ask for a file.
+pub(crate) fn strike(
+    keys: Res<ButtonInput<KeyCode>>,
+    tool: Res<crate::editor::tools::Tool>,
+    hand: Res<crate::editor::tools::drawing::DrawingInHand>,
+    mut files: Files,
+) {
+    use crate::editor::input::Modifiers;
+    use crate::editor::tools::Tool;
+    if files.requests.is_none() {
+        return;
+    }
+    let Modifiers { control, shift, .. } = Modifiers::of(&keys);
+    if control && keys.just_pressed(KeyCode::KeyO) {
+        files.dialog.ask(Purpose::Open);
+    }
+    if control && shift && keys.just_pressed(KeyCode::KeyS) {
+        files.dialog.ask(Purpose::SaveAs);
+    }
+    let asks = tool.is_changed() && *tool == Tool::Drawing && hand.name().is_none() && !hand.is_busy();
+    if asks && !files.dialog.is_open() {
+        files.dialog.ask(Purpose::Drawing);
+    }
+}
