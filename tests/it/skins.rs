@@ -106,7 +106,8 @@ fn curves_take_the_weights_of_skinned_models() {
         let gltf::Gltf { document, blob } = gltf::Gltf::open(&path).unwrap();
         let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
         let reader = primitive.reader(|_| blob.as_deref());
-        let sets: Vec<(Vec<[u16; 4]>, Vec<[f32; 4]>)> = (0..)
+        type OwnSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
+        let sets: Vec<OwnSet> = (0..)
             .map_while(|set| {
                 Some((reader.read_joints(set)?.into_u16().collect(), reader.read_weights(set)?.into_f32().collect()))
             })
