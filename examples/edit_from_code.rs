@@ -1,4 +1,4 @@
-//! Editing by code, as the panel does it: one should see a sphere with a curve that grows an anchor, loses a corner, is turned, and
+//! Editing by code, as the panel does it: one should see a sphere with a curve that grows an anchor, gets a corner, is turned, and
 //! taken back again, a step a second; the title says what was done.
 //!
 //! `cargo run --features editor --example edit_from_code`

@@ -106,7 +106,7 @@ fn recent_documents(scripted: bool) -> RecentDocuments {
 }
 
 fn engine(scripted: bool) -> PluginGroupBuilder {
-    let (width, height) = if scripted { (960, 600) } else { (1440, 900) };
+    let (width, height) = if scripted { (960, 600) } else { (1280, 720) };
     let mut resolution = WindowResolution::new(width, height);
     if scripted {
         resolution.set_scale_factor_override(Some(1.0));

@@ -37,7 +37,8 @@ fn spawn_samples(
         match sample {
             Ok(spline) => {
                 let entity = spawner.spawn(opened.entity, Some(name), spline);
-                if selection.is_empty() {
+                // Nothing is selected at the start: the pen would go on with it.
+                if arguments.is_scripted() && selection.is_empty() {
                     selection.select(entity);
                 }
             }

@@ -311,11 +311,18 @@ impl Desk<'_, '_> {
     fn toggle_closed(&mut self) {
         let active = self.selection.anchors().last().copied();
         let splines = self.selection.splines().to_vec();
+        let many = splines.len() > 1;
+        if many {
+            self.history.begin("Close or open curves");
+        }
         for entity in splines {
             let Some(spline) = self.spline(entity) else { continue };
             let at = active.filter(|(of, _)| *of == entity).map_or(0, |(_, anchor)| anchor);
             let edit = if spline.is_closed() { SplineEdit::Open { anchor: at } } else { SplineEdit::Close };
             self.send(entity, edit);
+        }
+        if many {
+            self.history.end();
         }
     }
 

@@ -8,9 +8,10 @@ use crate::plugin::{Editable, OnSurface, SplineTrace, SurfaceSpline};
 
 use super::colors;
 
-/// A spline in the editor's list: its name and its look. Splines without it are shown, but no tool touches them.
+/// A spline in the editor's list: its name and its look. Splines without it are shown, but not listed.
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Clone, Debug, PartialEq)]
+#[require(Visibility)]
 pub struct Curve {
     /// Counts up; lists are in this order.
     pub number: u32,

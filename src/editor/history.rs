@@ -25,20 +25,33 @@ pub struct History {
     playing: Option<Playing>,
     /// The newest inverse of each gesture that has not ended.
     gestures: HashMap<GestureId, Entry>,
-    /// What is one entry until it ends.
-    group: Option<Group>,
+    /// What is one entry until it ends; one may begin inside another.
+    groups: Vec<Group>,
+    /// What is to be played, one after the other.
+    asked: VecDeque<PlayHistory>,
     /// Bytes that entries may take.
     limit: usize,
-    /// How many entries were ever done and not undone: tells whether anything changed since.
-    position: u64,
-    /// The position at which the document was saved; none if that cannot be reached any more.
-    saved: Option<u64>,
-    /// Whether something that no entry holds has changed since.
-    touched: bool,
+    /// The state before the oldest entry, and the number of the next.
+    base: u64,
+    next: u64,
+    /// How often something changed that no entry holds.
+    touches: u64,
+    /// The state in which the document was saved.
+    saved: Revision,
+}
+
+/// A state of the document: no two have the same, and undo and redo lead back to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Revision {
+    /// The entry that was done last.
+    entry: u64,
+    touches: u64,
 }
 
 #[derive(Clone, Debug)]
 struct Entry {
+    /// Names the state that it leads to.
+    id: u64,
     name: String,
     /// Taken back from the last to the first.
     steps: Vec<Step>,
@@ -63,6 +76,7 @@ impl Step {
 
 #[derive(Debug)]
 struct Playing {
+    id: u64,
     name: String,
     direction: Direction,
     /// What is still to be played, the next one last.
@@ -109,11 +123,13 @@ impl Default for History {
             redo: Vec::new(),
             playing: None,
             gestures: HashMap::new(),
-            group: None,
+            groups: Vec::new(),
+            asked: VecDeque::new(),
             limit: LIMIT,
-            position: 0,
-            saved: Some(0),
-            touched: false,
+            base: 0,
+            next: 1,
+            touches: 0,
+            saved: Revision::default(),
         }
     }
 }
@@ -131,7 +147,7 @@ impl History {
 
     /// Whether an entry is being played back, is waiting for a gesture to end, or collects steps.
     pub fn is_busy(&self) -> bool {
-        self.playing.is_some() || self.group.is_some() || !self.gestures.is_empty()
+        self.playing.is_some() || !self.groups.is_empty() || !self.gestures.is_empty() || !self.asked.is_empty()
     }
 
     /// How many bytes entries may take together; the oldest are forgotten beyond.
@@ -139,24 +155,22 @@ impl History {
         self.limit = bytes;
     }
 
-    /// Makes one entry of everything that is done until [`end`](Self::end). A group that has not ended ends here.
+    /// Makes one entry of everything that is done until [`end`](Self::end), but for what another group inside does.
     pub fn begin(&mut self, name: impl Into<String>) {
-        self.end();
-        self.finish_group();
-        let entry = Entry { name: name.into(), steps: Vec::new() };
-        self.group = Some(Group { entry, gestures: Vec::new(), is_ending: false, is_taken_back: false });
+        let entry = Entry { id: 0, name: name.into(), steps: Vec::new() };
+        self.groups.push(Group { entry, gestures: Vec::new(), is_ending: false, is_taken_back: false });
     }
 
-    /// Ends the group: what is on its way still belongs to it.
+    /// Ends the group that began last: what is on its way still belongs to it.
     pub fn end(&mut self) {
-        if let Some(group) = &mut self.group {
+        if let Some(group) = self.groups.iter_mut().rev().find(|group| !group.is_ending) {
             group.is_ending = true;
         }
     }
 
-    /// Ends the group, and takes back what it did: no entry comes of it.
+    /// Ends the group that began last, and takes back what it did: no entry comes of it.
     pub fn take_back(&mut self) {
-        if let Some(group) = &mut self.group {
+        if let Some(group) = self.groups.iter_mut().rev().find(|group| !group.is_ending) {
             (group.is_ending, group.is_taken_back) = (true, true);
         }
     }
@@ -173,33 +187,49 @@ impl History {
 
     /// Notes name and look of a curve before they changed.
     pub(crate) fn note_restyled(&mut self, name: &str, spline: Entity, before: Curve) {
-        self.push(name, vec![Step::Restyle(spline, before)]);
+        // A colour that is being mixed changes many times: of one row the first is what undo leads back to.
+        let again = self
+            .undo
+            .back()
+            .is_some_and(|last| last.name == name && matches!(last.steps[..], [Step::Restyle(of, _)] if of == spline));
+        if again && self.groups.is_empty() && self.redo.is_empty() {
+            self.mark_touched();
+        } else {
+            self.push(name, vec![Step::Restyle(spline, before)]);
+        }
     }
 
     /// Whether anything changed since the document was saved or opened.
     pub fn is_dirty(&self) -> bool {
-        self.touched || self.saved != Some(self.position)
+        self.saved != self.revision()
     }
 
-    /// How many entries were done and not undone.
-    pub(crate) fn position(&self) -> u64 {
-        self.position
+    /// Forgets all entries; what is now counts as saved.
+    fn forget(&mut self) {
+        let (limit, base, touches) = (self.limit, self.next, self.touches);
+        *self = Self { limit, base, next: base + 1, touches, ..Self::default() };
+        self.saved = self.revision();
     }
 
-    /// The document is saved as it was at a position.
-    pub(crate) fn mark_saved(&mut self, position: u64) {
-        (self.saved, self.touched) = (Some(position), false);
+    /// The state of the document.
+    pub(crate) fn revision(&self) -> Revision {
+        Revision { entry: self.undo.back().map_or(self.base, |entry| entry.id), touches: self.touches }
+    }
+
+    /// The document is saved as it was in a state.
+    pub(crate) fn mark_saved(&mut self, revision: Revision) {
+        self.saved = revision;
     }
 
     /// Something changed that no entry holds.
     pub(crate) fn mark_touched(&mut self) {
-        self.touched = true;
+        self.touches += 1;
     }
 
     fn push(&mut self, name: &str, steps: Vec<Step>) {
-        match &mut self.group {
+        match self.groups.last_mut() {
             Some(group) => group.entry.steps.extend(steps),
-            None => self.note(Entry { name: name.into(), steps }),
+            None => self.note(Entry { id: 0, name: name.into(), steps }),
         }
     }
 
@@ -207,12 +237,9 @@ impl History {
         if entry.steps.is_empty() {
             return;
         }
-        self.undo.push_back(entry);
+        self.undo.push_back(Entry { id: self.next, ..entry });
+        self.next += 1;
         self.redo.clear();
-        if self.saved.is_some_and(|saved| saved > self.position) {
-            self.saved = None; // it was among what could be redone
-        }
-        self.position += 1;
         self.forget_oldest();
     }
 
@@ -223,16 +250,20 @@ impl History {
             && let Some(oldest) = self.undo.pop_front()
         {
             bytes -= oldest.bytes();
+            self.base = oldest.id;
         }
     }
 
-    /// The group becomes an entry once nothing of it is on its way.
-    fn finish_group(&mut self) {
+    /// Groups become entries once nothing of them is on its way.
+    fn finish_groups(&mut self) {
         let is_over = |group: &mut Group| group.is_ending && group.gestures.is_empty();
-        match self.group.take_if(is_over) {
-            Some(group) if group.is_taken_back => self.playing = Some(Playing::new(group.entry, Direction::Back)),
-            Some(group) => self.note(group.entry),
-            None => {}
+        let over: Vec<Group> = self.groups.extract_if(.., is_over).collect();
+        for group in over {
+            if group.is_taken_back {
+                self.playing = Some(Playing::new(group.entry, Direction::Back));
+            } else {
+                self.note(group.entry);
+            }
         }
     }
 
@@ -240,22 +271,23 @@ impl History {
     fn record(&mut self, edit: &SplineEdited, name: String, batch: &mut Option<Entry>) {
         let step = Step::Edit(edit.entity, edit.inverse.clone());
         if let Some(gesture) = edit.gesture {
-            self.gestures.insert(gesture, Entry { name, steps: vec![step] });
-            if let Some(group) = self.group.as_mut().filter(|group| !group.gestures.contains(&gesture)) {
+            self.gestures.insert(gesture, Entry { id: 0, name, steps: vec![step] });
+            let is_known = self.groups.iter().any(|group| group.gestures.contains(&gesture));
+            if let Some(group) = self.groups.last_mut().filter(|_| !is_known) {
                 group.gestures.push(gesture);
             }
-        } else if let Some(group) = &mut self.group {
+        } else if let Some(group) = self.groups.last_mut() {
             group.entry.steps.push(step);
         } else if let Some(Entry { steps, .. }) = batch.as_mut().filter(|batch| batch.is_about(edit.entity)) {
             steps.push(step);
-        } else if let Some(before) = batch.replace(Entry { name, steps: vec![step] }) {
+        } else if let Some(before) = batch.replace(Entry { id: 0, name, steps: vec![step] }) {
             self.note(before);
         }
     }
 
     fn end_gesture(&mut self, end: &GestureEnded) {
         let entry = self.gestures.remove(&end.gesture).filter(|_| !end.cancelled);
-        let group = self.group.as_mut().filter(|group| group.gestures.contains(&end.gesture));
+        let group = self.groups.iter_mut().find(|group| group.gestures.contains(&end.gesture));
         match group {
             Some(group) => {
                 group.gestures.retain(|gesture| *gesture != end.gesture);
@@ -314,7 +346,7 @@ fn record(
     mut ended: MessageReader<GestureEnded>,
     curves: Query<&Curve>,
 ) {
-    if edited.is_empty() && ended.is_empty() && history.group.is_none() {
+    if edited.is_empty() && ended.is_empty() && history.groups.is_empty() {
         return;
     }
     let mut batch: Option<Entry> = None;
@@ -328,7 +360,7 @@ fn record(
     }
     batch.into_iter().for_each(|entry| history.note(entry));
     ended.read().for_each(|end| history.end_gesture(end));
-    history.finish_group();
+    history.finish_groups();
 }
 
 /// What playing an entry back needs.
@@ -344,18 +376,21 @@ struct Player<'w, 's> {
 }
 
 fn play(mut history: ResMut<History>, mut asked: MessageReader<PlayHistory>, mut player: Player) {
-    let mut asked = asked.read();
+    for ask in asked.read() {
+        history.asked.push_back(*ask);
+    }
+    if history.playing.is_none() && history.asked.is_empty() {
+        return;
+    }
     loop {
         if let Some(playing) = &mut history.playing {
             if !playing.go_on(&mut player) {
-                // What else is asked has to be asked again: whoever holds the key down sees each step.
-                asked.for_each(drop);
                 return;
             }
             history.finish_playing();
         }
-        let Some(ask) = asked.next() else { return };
-        history.begin_playing(*ask, &mut player);
+        let Some(ask) = history.asked.pop_front() else { return };
+        history.begin_playing(ask, &mut player);
     }
 }
 
@@ -366,7 +401,8 @@ impl History {
         let Some(next) = next else { return };
         // What is computed yet would come before what is taken back, and have another version of the spline under it.
         let is_late = |step: &Step| matches!(step, Step::Edit(spline, _) if player.waiting.contains(*spline));
-        if self.group.is_some() || !self.gestures.is_empty() || next.steps.iter().any(is_late) {
+        if !self.groups.is_empty() || !self.gestures.is_empty() || next.steps.iter().any(is_late) {
+            self.asked.clear();
             player.notices.warn("The last edit is still being computed: undo and redo when it is done.");
             return;
         }
@@ -385,17 +421,11 @@ impl History {
     }
 
     fn finish_playing(&mut self) {
-        let Some(Playing { name, direction, played, .. }) = self.playing.take() else { return };
-        let entry = Entry { name, steps: played };
+        let Some(Playing { id, name, direction, played, .. }) = self.playing.take() else { return };
+        let entry = Entry { id, name, steps: played };
         match direction {
-            Direction::Undo => {
-                self.position -= 1;
-                self.redo.push(entry);
-            }
-            Direction::Redo => {
-                self.position += 1;
-                self.undo.push_back(entry);
-            }
+            Direction::Undo => self.redo.push(entry),
+            Direction::Redo => self.undo.push_back(entry),
             Direction::Back => {}
         }
     }
@@ -403,9 +433,9 @@ impl History {
 
 impl Playing {
     fn new(entry: Entry, direction: Direction) -> Self {
-        let Entry { name, steps } = entry;
+        let Entry { id, name, steps } = entry;
         let played = Vec::with_capacity(steps.len());
-        Self { name, direction, left: steps, played, awaited: Vec::new() }
+        Self { id, name, direction, left: steps, played, awaited: Vec::new() }
     }
 
     /// Plays as far as it gets without waiting; whether all is played.
@@ -452,7 +482,8 @@ impl Playing {
 /// An edit that is played back and refused does not come round: a game has changed the spline without the history.
 fn give_up(refused: On<SplineEditRefused>, mut history: ResMut<History>, mut notices: ResMut<Notices>) {
     if history.playing.as_ref().is_some_and(|playing| playing.awaited.contains(&refused.entity)) {
-        *history = History { limit: history.limit, touched: true, ..History::default() };
+        history.forget();
+        history.mark_touched();
         notices.warn("The curve was changed in other ways, so what came before cannot be taken back any more.");
     }
 }
@@ -489,6 +520,6 @@ fn name_of(edit: &SplineEdit, curve: Option<&str>) -> String {
 
 /// Forgets everything, and splines that only the history kept; for another document.
 pub(crate) fn clear(commands: &mut Commands, history: &mut History, shelved: &Query<Entity, With<Shelved>>) {
-    *history = History { limit: history.limit, ..History::default() };
+    history.forget();
     shelved.iter().for_each(|entity| commands.entity(entity).despawn());
 }

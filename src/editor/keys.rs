@@ -4,8 +4,8 @@ use bevy::prelude::*;
 
 use super::actions::EditorAction;
 use super::input::{Modifiers, keyboard_is_free};
-use super::tools::Tool;
 use super::tools::transform::TransformMode;
+use super::tools::{Tool, ToolPointer};
 use crate::plugin::DragState;
 
 /// A key, what must be held with it, and what it asks for.
@@ -131,9 +131,15 @@ pub(crate) fn plugin(app: &mut App) {
     app.add_systems(Update, strike.run_if(keyboard_is_free));
 }
 
-fn strike(keys: Res<ButtonInput<KeyCode>>, drag: Res<DragState>, mut actions: MessageWriter<EditorAction>) {
-    // A drag ends first; Escape cancels it.
-    if drag.held().is_some() {
+fn strike(
+    keys: Res<ButtonInput<KeyCode>>,
+    (drag, pointer): (Res<DragState>, Res<ToolPointer>),
+    mut was_held: Local<bool>,
+    mut actions: MessageWriter<EditorAction>,
+) {
+    // What is held ends first; Escape takes it back, and no more than that.
+    let held = drag.held().is_some() || pointer.held().is_some();
+    if std::mem::replace(&mut *was_held, held) || held {
         return;
     }
     let Modifiers { control, shift, .. } = Modifiers::of(&keys);

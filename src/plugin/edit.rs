@@ -217,8 +217,8 @@ fn apply_edits(
     messages.read().for_each(|message| desk.take_edit(message));
     ends.read().for_each(|end| desk.take_end(*end));
     desk.show_pending(&pending, &ways);
+    desk.end_gestures_of_missing();
     desk.write_back();
-    edits.gestures.retain(|_, gesture| splines.contains(gesture.spline));
     frame.spend(begin.elapsed());
 }
 
@@ -419,6 +419,13 @@ impl Desk<'_, '_, '_> {
                 self.commands.entity(entity).try_insert(PendingEdit::new(edit));
             }
         }
+    }
+
+    /// A gesture about a spline that is gone ends: whoever waits for its end must not wait for ever.
+    fn end_gestures_of_missing(&mut self) {
+        let Self { edits, ended, splines, .. } = self;
+        let gone = edits.gestures.extract_if(|_, gesture| !splines.contains(gesture.spline));
+        ended.write_batch(gone.map(|(id, gone)| GestureEnded { gesture: id, entity: gone.spline, cancelled: true }));
     }
 
     fn write_back(&mut self) {

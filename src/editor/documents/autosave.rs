@@ -8,6 +8,7 @@ use bevy::tasks::{Task, block_on, futures_lite::future};
 
 use super::save::Scene;
 use super::{DocumentFile, Question, Then, spawn};
+use crate::editor::history::Revision;
 use crate::editor::notices::Notices;
 use crate::format::document::{Autosave, DocumentError};
 
@@ -79,7 +80,7 @@ pub(crate) fn look_for_untitled(settings: Res<AutosaveSettings>, mut files: ResM
 #[derive(Default)]
 pub(crate) struct Keeping {
     since: Duration,
-    position: Option<u64>,
+    revision: Option<Revision>,
     task: Option<Task<Result<(), DocumentError>>>,
 }
 
@@ -98,8 +99,8 @@ pub(crate) fn keep(
             notices.warn(format!("Unsaved edits cannot be kept: {error}"));
         }
     }
-    let position = scene.history.position();
-    if !settings.enabled || !scene.history.is_dirty() || keeping.position == Some(position) {
+    let revision = scene.history.revision();
+    if !settings.enabled || !scene.history.is_dirty() || keeping.revision == Some(revision) {
         keeping.since = Duration::ZERO;
         return;
     }
@@ -110,7 +111,7 @@ pub(crate) fn keep(
     }
     let Some(place) = place_of(files.path(), &settings) else { return };
     if let Ok(document) = scene.document(files.path()) {
-        (keeping.position, keeping.since) = (Some(position), Duration::ZERO);
+        (keeping.revision, keeping.since) = (Some(revision), Duration::ZERO);
         keeping.task = Some(spawn(move || {
             if let Some(folder) = place.path().parent() {
                 std::fs::create_dir_all(folder)

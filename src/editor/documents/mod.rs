@@ -65,6 +65,9 @@ enum Then {
     Open(PathBuf),
     /// Opens the autosave, or throws it away.
     Recover(autosave::Found),
+    /// Writes over a file.
+    Save(PathBuf),
+    Export(PathBuf),
 }
 
 impl Question {
@@ -186,8 +189,8 @@ fn take_requests(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
                 Some(path) => desk.save(path),
                 None => desk.files.places_wanted += 1,
             },
-            FileRequest::SaveAs(path) => desk.save(with_extension(path)),
-            FileRequest::Export(path) => desk.export(path),
+            FileRequest::SaveAs(path) => desk.save_as(with_extension(path)),
+            FileRequest::Export(path) => desk.export_to(path),
             FileRequest::Cancel => desk.cancel(),
             FileRequest::Answer(yes) => desk.answer(*yes),
         }
@@ -240,7 +243,9 @@ impl Desk<'_, '_> {
         let Some(question) = self.files.question.take() else { return };
         match (question.then, yes) {
             (Then::Open(path), true) => self.open_at_once(&path),
-            (Then::Open(_), false) => {}
+            (Then::Save(path), true) => self.save(path),
+            (Then::Export(path), true) => self.export(&path),
+            (Then::Open(_) | Then::Save(_) | Then::Export(_), false) => {}
             (Then::Recover(found), true) => self.read(found.autosave, found.document.unwrap_or_default()),
             (Then::Recover(found), false) => {
                 found.discard();
@@ -249,6 +254,33 @@ impl Desk<'_, '_> {
                 }
             }
         }
+    }
+
+    /// A file that is not the document's own is not written over without a question.
+    fn save_as(&mut self, path: PathBuf) {
+        if path.exists() && self.files.path.as_ref() != Some(&path) {
+            self.ask_to_replace(path.clone(), Then::Save(path));
+        } else {
+            self.save(path);
+        }
+    }
+
+    fn export_to(&mut self, path: &Path) {
+        let whole = |path: &Path| std::fs::canonicalize(path).ok();
+        let is_mesh = |mesh: &PathBuf| whole(mesh).is_some_and(|mesh| whole(path) == Some(mesh));
+        if self.scene.models.iter().any(|(_, model, _)| model.path.as_ref().is_some_and(is_mesh)) {
+            self.notices
+                .error(format!("Nothing was exported: {} is the model itself; choose another name.", path.display()));
+        } else if path.exists() {
+            self.ask_to_replace(path.to_owned(), Then::Export(path.to_owned()));
+        } else {
+            self.export(path);
+        }
+    }
+
+    fn ask_to_replace(&mut self, path: PathBuf, then: Then) {
+        let text = format!("{} is there already.", path.display());
+        self.files.question = Some(Question { text, yes: "Replace it", no: "Leave it", then });
     }
 
     fn cancel(&mut self) {
@@ -273,8 +305,8 @@ impl Desk<'_, '_> {
         }
         match self.scene.document(Some(&path)) {
             Ok(document) => {
-                let position = self.scene.history.position();
-                self.tasks.saving = Some(spawn(move || save::write(&document, path, position)));
+                let revision = self.scene.history.revision();
+                self.tasks.saving = Some(spawn(move || save::write(&document, path, revision)));
             }
             Err(reason) => self.notices.error(format!("The document cannot be saved: {reason}")),
         }

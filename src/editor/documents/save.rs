@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use super::{DocumentFile, FileTasks, RecentDocuments, autosave, fetch};
 use crate::editor::camera::{Orbit, view_of};
 use crate::editor::curves::Curve;
-use crate::editor::history::History;
+use crate::editor::history::{History, Revision};
 use crate::editor::model::Model;
 use crate::editor::notices::Notices;
 use crate::format::document::{Document, DocumentError, SplineStyle};
@@ -24,8 +24,8 @@ pub(crate) struct Scene<'w, 's> {
     cameras: Query<'w, 's, (&'static Orbit, &'static Transform, &'static Projection)>,
 }
 
-/// Where it was saved, at which position of the history.
-pub(crate) type SaveResult = Result<(PathBuf, u64), (PathBuf, DocumentError)>;
+/// Where it was saved, in which state of the document.
+pub(crate) type SaveResult = Result<(PathBuf, Revision), (PathBuf, DocumentError)>;
 
 impl Scene<'_, '_> {
     /// The document as it is now, for a file at some place.
@@ -51,9 +51,9 @@ impl Scene<'_, '_> {
     }
 }
 
-pub(crate) fn write(document: &Document, path: PathBuf, position: u64) -> SaveResult {
+pub(crate) fn write(document: &Document, path: PathBuf, revision: Revision) -> SaveResult {
     match document.save(&path) {
-        Ok(()) => Ok((path, position)),
+        Ok(()) => Ok((path, revision)),
         Err(error) => Err((path, error)),
     }
 }
@@ -68,8 +68,8 @@ pub(crate) fn collect(
     settings: Res<super::AutosaveSettings>,
 ) {
     match fetch(&mut tasks.saving) {
-        Some(Ok((path, position))) => {
-            history.mark_saved(position);
+        Some(Ok((path, revision))) => {
+            history.mark_saved(revision);
             autosave::discard(files.path(), &settings);
             notices.info(format!("Saved {}", path.display()));
             recent.note(&path);

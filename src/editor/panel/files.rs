@@ -58,6 +58,15 @@ impl Purpose {
         matches!(self, Self::SaveAs | Self::Export)
     }
 
+    fn place(self) -> usize {
+        match self {
+            Self::Open => 0,
+            Self::SaveAs => 1,
+            Self::Export => 2,
+            Self::Drawing => 3,
+        }
+    }
+
     fn request(self, path: PathBuf) -> FileRequest {
         match self {
             Self::Open | Self::Drawing => FileRequest::Open(path),
@@ -71,7 +80,8 @@ impl Purpose {
 #[derive(Resource, Default)]
 pub(crate) struct FileDialog {
     purpose: Option<Purpose>,
-    path: String,
+    /// What was typed last, for each purpose: what is opened must not be written over by chance.
+    paths: [String; 4],
     is_new: bool,
     /// How often a place to save to was wanted when this was asked last.
     places_wanted: u32,
@@ -169,7 +179,12 @@ fn show_question(ctx: &egui::Context, files: &mut Files) {
 
 fn show_dialog(ctx: &egui::Context, files: &mut Files) {
     let Some(purpose) = files.dialog.purpose else { return };
+    let document = files.document.as_ref().and_then(|document| document.path().map(|path| path.display().to_string()));
     let dialog = &mut *files.dialog;
+    let path = &mut dialog.paths[purpose.place()];
+    if let Some(document) = document.filter(|_| purpose == Purpose::SaveAs && path.is_empty()) {
+        *path = document;
+    }
     let browsed = dialog.browsing.as_mut().and_then(|task| block_on(future::poll_once(task)));
     if let Some(found) = browsed {
         dialog.browsing = None;
@@ -184,21 +199,30 @@ fn show_dialog(ctx: &egui::Context, files: &mut Files) {
         ui.set_max_width(420.0);
         ui.heading(purpose.title());
         ui.label(egui::RichText::new(purpose.hint()).weak());
-        let field = ui.add(egui::TextEdit::singleline(&mut dialog.path).hint_text("Path").desired_width(400.0));
+        let shown = egui::TextEdit::singleline(path).hint_text("Path").desired_width(400.0).show(ui);
+        let field = shown.response.response.on_hover_text(format!("A relative path begins at {}", current_folder()));
         if std::mem::take(&mut dialog.is_new) {
             field.request_focus();
+            // Whoever types replaces what was there.
+            let mut state = shown.state;
+            let all = egui::text::CCursorRange::two(
+                egui::text::CCursor::new(0),
+                egui::text::CCursor::new(path.chars().count()),
+            );
+            state.cursor.set_char_range(Some(all));
+            state.store(ui.ctx(), field.id);
         }
         go |= field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.horizontal(|ui| {
-            go |= ui.add_enabled(!dialog.path.trim().is_empty(), egui::Button::new(purpose.title())).clicked();
+            go |= ui.add_enabled(!path.trim().is_empty(), egui::Button::new(purpose.title())).clicked();
             if ui.add_enabled(dialog.browsing.is_none(), egui::Button::new("Browse …")).clicked() {
                 dialog.browsing = Some(browse(purpose));
             }
             leave |= ui.button("Cancel").clicked();
         });
     });
-    if go && !dialog.path.trim().is_empty() {
-        let path = PathBuf::from(dialog.path.trim());
+    if go && !path.trim().is_empty() {
+        let path = PathBuf::from(path.trim());
         if let Some(requests) = &mut files.requests {
             requests.write(purpose.request(path));
         }
@@ -206,6 +230,10 @@ fn show_dialog(ctx: &egui::Context, files: &mut Files) {
     } else if leave || modal.should_close() {
         (dialog.purpose, dialog.browsing) = (None, None);
     }
+}
+
+fn current_folder() -> String {
+    std::env::current_dir().map(|folder| folder.display().to_string()).unwrap_or_default()
 }
 
 /// The platform's own dialog, while the editor goes on.
@@ -239,7 +267,10 @@ pub(crate) fn strike(
     if control && shift && keys.just_pressed(KeyCode::KeyS) {
         files.dialog.ask(Purpose::SaveAs);
     }
-    let asks = tool.is_changed() && *tool == Tool::Drawing && hand.name().is_none() && !hand.is_busy();
+    // D again asks for another one.
+    let taken = tool.is_changed() && *tool == Tool::Drawing && hand.name().is_none() && !hand.is_busy();
+    let again = *tool == Tool::Drawing && keys.just_pressed(KeyCode::KeyD) && !control;
+    let asks = taken || again;
     if asks && !files.dialog.is_open() {
         files.dialog.ask(Purpose::Drawing);
     }

@@ -33,6 +33,9 @@ pub(crate) fn show(ui: &mut egui::Ui, entries: &Entries, actions: &mut MessageWr
     if done_count + undone_count == 0 {
         ui.label(egui::RichText::new("Nothing was done yet").weak());
     }
+    if done_count > 0 && ui.selectable_label(false, "Beginning").on_hover_text("Go back to where it began").clicked() {
+        actions.write_batch((0..done_count).map(|_| EditorAction::Undo));
+    }
     if done_count > SHOWN {
         ui.label(egui::RichText::new(format!("{} older ones", done_count - SHOWN)).weak());
     }

@@ -9,7 +9,6 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Color32, CornerRadius, Pos2, Stroke, StrokeKind};
 
 use super::theme;
-use crate::editor::camera::Orbit;
 use crate::editor::colors;
 use crate::editor::selection::Selection;
 use crate::editor::tools::insert::InsertPreview;
@@ -22,10 +21,13 @@ const HANDLE: f32 = 7.0;
 /// What is this share of the model's diagonal behind its surface is hidden by it.
 const BEHIND: f64 = 2e-3;
 
+type Cameras<'w, 's> =
+    Query<'w, 's, (&'static Camera, &'static Transform, &'static GlobalTransform, Has<ChildOf>), With<Camera3d>>;
+
 /// What marks are made from.
 #[derive(SystemParam)]
 pub struct Marks<'w, 's> {
-    cameras: Query<'w, 's, (&'static Camera, &'static Transform), With<Orbit>>,
+    cameras: Cameras<'w, 's>,
     surfaces: SurfaceQueries<'w, 's>,
     editable: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface, Option<&'static PendingEdit>), With<Editable>>,
     places: Query<'w, 's, &'static OnSurface>,
@@ -132,19 +134,24 @@ impl Marks<'_, '_> {
 
     /// Where a position appears, in logical pixels.
     pub fn pixel(&self, position: Vec3) -> Option<Vec2> {
-        let (camera, transform) = self.cameras.single().ok()?;
-        camera.world_to_viewport(&GlobalTransform::from(*transform), position).ok()
+        let (camera, place) = self.camera()?;
+        camera.world_to_viewport(&place, position).ok()
+    }
+
+    /// The camera, where it is in this frame: what hangs on nothing has moved already.
+    fn camera(&self) -> Option<(&Camera, GlobalTransform)> {
+        let active = self.cameras.iter().find(|(camera, ..)| camera.is_active);
+        active.map(|(camera, own, global, hangs)| (camera, if hangs { *global } else { GlobalTransform::from(*own) }))
     }
 
     /// Whether the surface does not hide a position on it.
     pub fn is_visible(&self, on: Entity, position: Vec3) -> bool {
         let seen = || {
-            let (_, camera) = self.cameras.single().ok()?;
+            let (camera, place) = self.camera()?;
             let view = self.surfaces.get(on)?;
-            let way = position - camera.translation;
-            let hit = view.ray(Ray3d::new(camera.translation, Dir3::new(way).ok()?));
+            let ray = camera.viewport_to_world(&place, self.pixel(position)?).ok()?;
             let slack = BEHIND as f32 * view.surface().diagonal() as f32 * view.scale();
-            Some(hit.is_none_or(|hit| hit.distance > way.length() - slack))
+            Some(view.ray(ray).is_none_or(|hit| hit.distance > ray.origin.distance(position) - slack))
         };
         seen().unwrap_or(false)
     }

@@ -3,6 +3,7 @@
 //! It shows what resources and components say, and asks for changes by messages, as any other system could.
 
 use bevy::prelude::*;
+use bevy::window::PrimaryWindow;
 use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiContexts, EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, EguiPrimaryContextPass, egui};
 
@@ -78,9 +79,20 @@ pub(crate) fn plugin(app: &mut App) {
 }
 
 /// Tells everybody else what the panel keeps for itself.
-fn keep_input(egui: Res<EguiWantsInput>, mut panel: ResMut<PanelInput>) {
-    let now = PanelInput { pointer: egui.wants_any_pointer_input(), keyboard: egui.wants_any_keyboard_input() };
-    panel.set_if_neq(now);
+fn keep_input(
+    egui: Res<EguiWantsInput>,
+    mut contexts: EguiContexts,
+    windows: Query<&Window, With<PrimaryWindow>>,
+    mut panel: ResMut<PanelInput>,
+) {
+    // What egui wants is of the frame before: a press may come with the move that led there.
+    let at = windows.iter().next().and_then(Window::cursor_position);
+    let over = at.zip(contexts.ctx_mut().ok()).is_some_and(|(at, ctx)| {
+        let layer = ctx.layer_id_at(egui::pos2(at.x, at.y));
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
+    });
+    let pointer = over || egui.wants_any_pointer_input();
+    panel.set_if_neq(PanelInput { pointer, keyboard: egui.wants_any_keyboard_input() });
 }
 
 /// Tab hides the panel, unless the keyboard is in the panel already, where it goes on to the next field. egui would move

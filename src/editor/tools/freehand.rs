@@ -12,13 +12,15 @@ use crate::editor::history::History;
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::geodesic::PathFinder;
-use crate::plugin::{BuiltSurface, EditSpline, SurfaceSpline};
+use crate::plugin::{BuiltSurface, EditSpline, EndGesture, GestureId, SurfaceSpline};
 use crate::surface::Surface;
 
 /// A line that ends this near to where it began, in pixels, is closed.
 const CLOSES: f32 = 10.0;
 /// Points nearer than this to the last one, in pixels, are left out.
 const THINNING: f32 = 3.0;
+/// A slider that has not moved for so many frames has come to rest.
+const REST: u32 = 20;
 
 /// How drawn lines become splines.
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
@@ -63,6 +65,10 @@ struct Fitting {
 
 #[derive(Debug)]
 struct Fresh {
+    /// All that the tolerance changes in one go is one entry of the history.
+    gesture: Option<GestureId>,
+    /// Frames since it changed last.
+    idle: u32,
     spline: Entity,
     on: Entity,
     line: Arc<DrawnLine>,
@@ -99,6 +105,7 @@ pub(crate) struct Desk<'w, 's> {
     notices: ResMut<'w, Notices>,
     history: ResMut<'w, History>,
     edits: MessageWriter<'w, EditSpline>,
+    ends: MessageWriter<'w, EndGesture>,
     splines: Query<'w, 's, &'static SurfaceSpline>,
     surfaces: Query<'w, 's, &'static BuiltSurface>,
 }
@@ -107,14 +114,15 @@ pub(crate) fn draw(tool: Res<Tool>, pointer: Res<ToolPointer>, mut desk: Desk) {
     desk.collect();
     if *tool != Tool::Freehand {
         if desk.state.stroke.is_some() || desk.state.fresh.is_some() {
-            (desk.state.stroke, desk.state.fresh) = (None, None);
+            desk.state.stroke = None;
+            desk.forget_fresh();
         }
         return;
     }
     for event in &pointer.events {
         match *event {
             PointerEvent::Press { at, .. } => {
-                desk.state.fresh = None;
+                desk.forget_fresh();
                 if let Some((on, point)) = at.surface {
                     desk.begin(on, point, at.at);
                 }
@@ -174,8 +182,22 @@ impl Desk<'_, '_> {
         self.state.fitting = Some(Fitting { task, line, on, tolerance: share, replaces });
     }
 
+    /// Nothing follows the tolerance any more.
+    fn forget_fresh(&mut self) {
+        let gesture = self.state.fresh.take().and_then(|fresh| fresh.gesture);
+        self.ends.write_batch(gesture.map(|gesture| EndGesture { gesture, cancel: false }));
+    }
+
     /// The tolerance was changed.
     fn refit(&mut self) {
+        // A slider that rests has arrived.
+        if let Some(fresh) = &mut self.state.fresh {
+            fresh.idle = fresh.idle.saturating_add(1);
+            if fresh.idle == REST {
+                let gesture = fresh.gesture.take();
+                self.ends.write_batch(gesture.map(|gesture| EndGesture { gesture, cancel: false }));
+            }
+        }
         let changed = self.state.fresh.as_ref().filter(|fresh| fresh.tolerance != self.settings.tolerance);
         if let Some(fresh) = changed
             && self.state.fitting.is_none()
@@ -197,16 +219,19 @@ impl Desk<'_, '_> {
             (Ok(spline), None) => {
                 let curve = self.next.curve(None);
                 let entity = curves::spawn(&mut self.commands, on, curve, spline);
+                self.history.begin("Draw by hand");
                 self.history.note_added("Draw by hand", entity);
+                self.history.end();
                 self.selection.select(entity);
-                self.state.fresh = Some(Fresh { spline: entity, on, line, tolerance });
+                self.state.fresh = Some(Fresh { gesture: None, idle: 0, spline: entity, on, line, tolerance });
             }
             (Ok(spline), Some(entity)) => {
-                if self.splines.contains(entity) {
-                    self.edits.write(EditSpline::new(entity, SplineEdit::Replace(spline)).undoable());
-                }
-                if let Some(fresh) = &mut self.state.fresh {
-                    fresh.tolerance = tolerance;
+                let is_there = self.splines.contains(entity);
+                if let Some(fresh) = self.state.fresh.as_mut().filter(|fresh| is_there && fresh.spline == entity) {
+                    (fresh.tolerance, fresh.idle) = (tolerance, 0);
+                    let gesture = *fresh.gesture.get_or_insert_with(GestureId::next);
+                    let edit = EditSpline::new(entity, SplineEdit::Replace(spline)).undoable();
+                    self.edits.write(edit.in_gesture(gesture));
                 }
             }
             (Err(reason), _) => {

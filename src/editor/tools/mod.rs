@@ -106,10 +106,10 @@ pub(crate) fn plugin(app: &mut App) {
         )
         .add_systems(
             Update,
-            // A transform takes what the pointer does before all others.
+            // What is pressed is selected first; then a transform takes what the pointer does before all others.
             (
-                transform::transform,
                 select::select,
+                transform::transform,
                 pen::draw,
                 freehand::draw,
                 insert::insert,

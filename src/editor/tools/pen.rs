@@ -10,7 +10,9 @@ use crate::editor::history::History;
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::geodesic::PathFinder;
-use crate::plugin::{BuiltSurface, ControlKind, DragState, EditSpline, EndGesture, GestureId, SurfaceSpline};
+use crate::plugin::{
+    BuiltSurface, ControlKind, DragState, EditSpline, EndGesture, GestureId, OnSurface, SurfaceSpline,
+};
 use crate::surface::SurfacePoint;
 
 /// Where the pen began: a spline needs two points.
@@ -53,7 +55,7 @@ pub(crate) struct Desk<'w, 's> {
     history: ResMut<'w, History>,
     edits: MessageWriter<'w, EditSpline>,
     ends: MessageWriter<'w, EndGesture>,
-    splines: Query<'w, 's, &'static SurfaceSpline>,
+    splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
     surfaces: Query<'w, 's, &'static BuiltSurface>,
 }
 
@@ -86,7 +88,7 @@ impl Desk<'_, '_> {
     /// The open spline that is drawn on.
     fn active(&self) -> Option<(Entity, &Spline)> {
         let entity = self.selection.spline()?;
-        let spline: &Spline = self.splines.get(entity).ok()?;
+        let spline: &Spline = self.splines.get(entity).ok()?.0;
         (!spline.is_closed()).then_some((entity, spline))
     }
 
@@ -119,7 +121,8 @@ impl Desk<'_, '_> {
 
     /// The pen touches the surface: a new anchor, or the beginning of a new spline. Gives the anchor.
     fn add_anchor(&mut self, on: Entity, at: SurfacePoint) -> Option<(Entity, u32)> {
-        if let Some((entity, spline)) = self.active() {
+        let is_there = |entity| self.splines.get(entity).is_ok_and(|(_, surface)| surface.0 == on);
+        if let Some((entity, spline)) = self.active().filter(|(entity, _)| is_there(*entity)) {
             let anchor = spline.anchors().len() as u32;
             let edit = SplineEdit::Append { end: SplineEnd::End, at };
             self.edits.write(EditSpline::new(entity, edit).undoable());

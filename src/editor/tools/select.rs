@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 
 use super::pointer::PointerScene;
+use super::transform::Transforming;
 use super::{Moment, PointerEvent, Target, Tool, ToolPointer};
 use crate::editor::selection::Selection;
 use crate::plugin::{ControlKind, DragState, Picker};
@@ -28,8 +29,11 @@ pub(crate) fn select(
     scene: PointerScene,
     picker: Picker,
     (mut selection, mut boxed): (ResMut<Selection>, ResMut<BoxSelection>),
-    drag: Res<DragState>,
+    (drag, transforming): (Res<DragState>, Res<Transforming>),
 ) {
+    if transforming.0.is_some() {
+        return;
+    }
     if !matches!(*tool, Tool::Select | Tool::Pen) {
         boxed.set_if_neq(BoxSelection(None));
         return;

@@ -132,8 +132,7 @@ pub(crate) fn transform(
     done |= keys.any_just_pressed([KeyCode::Enter, KeyCode::NumpadEnter]);
     cancelled |= keys.just_pressed(KeyCode::Escape) || mouse.just_pressed(MouseButton::Right);
     let modifiers = Modifiers::of(&keys);
-    let switched = keys.get_just_pressed().any(|key| matches!(key, KeyCode::ShiftLeft | KeyCode::ControlLeft))
-        || keys.get_just_released().any(|key| matches!(key, KeyCode::ShiftLeft | KeyCode::ControlLeft));
+    let switched = keys.get_just_pressed().any(is_modifier) || keys.get_just_released().any(is_modifier);
     if (changed || switched) && !cancelled {
         desk.follow(modifiers);
     }
@@ -184,6 +183,10 @@ impl Active {
             None => (BY_PIXEL * f64::from(at.x - self.from.x)).exp2(),
         }
     }
+}
+
+fn is_modifier(key: &KeyCode) -> bool {
+    matches!(key, KeyCode::ShiftLeft | KeyCode::ShiftRight | KeyCode::ControlLeft | KeyCode::ControlRight)
 }
 
 fn digit(key: KeyCode) -> Option<char> {
@@ -287,7 +290,8 @@ impl Desk<'_, '_> {
             camera.world_to_viewport(transform, view.position(centre)).ok()
         });
         self.history.begin(format!("{} selection", mode.name()));
-        let (from, at, camera, typed, amount) = (pointer.at, pointer.at, pointer.camera, String::new(), 0.0);
+        let amount = if mode == TransformMode::Scale { 1.0 } else { 0.0 };
+        let (from, at, camera, typed) = (pointer.at, pointer.at, pointer.camera, String::new());
         let centre_at = seen.unwrap_or(from);
         self.active.0 =
             Some(Active { mode, model, centre, parts, from, centre_at, camera, typed, by_drag, at, amount });
@@ -317,7 +321,10 @@ impl Desk<'_, '_> {
                 let pixel = active.centre_at + (at - active.from);
                 let mut to = self.picker.surface_under(active.camera, pixel, active.model)?.point;
                 let way = surface.log(&centre, &to).ok()?;
-                let length = active.number().unwrap_or(stepped(way.length(), STEPS[0] * surface.diagonal()));
+                // Longer ways than around the model mean nothing, and take long to walk.
+                let most = 4.0 * surface.diagonal();
+                let typed = active.number().map(|length| length.clamp(-most, most));
+                let length = typed.unwrap_or(stepped(way.length(), STEPS[0] * surface.diagonal()));
                 if length != way.length() && way.length() > 0.0 {
                     let heading = if length < 0.0 { surface.opposite(&centre, &way).ok()? } else { way };
                     to = surface.walk(&centre, &heading, length.abs()).ok()?.path.end();

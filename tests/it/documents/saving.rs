@@ -188,13 +188,20 @@ fn a_read_only_folder_keeps_the_old_file() {
     set(0o555);
     let probe = folder.join("probe");
     let may_write_all_the_same = fs::write(&probe, "").is_ok();
+    let program = std::env::temp_dir().join(format!("splines-child-{}", std::process::id()));
     let mut command = child("once", &path);
     if may_write_all_the_same {
         fs::remove_file(probe).unwrap();
-        // Permissions mean nothing to the superuser; the child is somebody else.
-        command.uid(65_534).gid(65_534);
+        // Permissions mean nothing to the superuser; the child is somebody else, and must reach the program.
+        fs::copy(std::env::current_exe().unwrap(), &program).unwrap();
+        let mut other = Command::new(&program);
+        other.args(command.get_args()).stdout(Stdio::piped()).stderr(Stdio::piped()).current_dir(std::env::temp_dir());
+        other.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
+        other.uid(65_534).gid(65_534);
+        command = other;
     }
     let said = outcome(command);
+    let _ = fs::remove_file(&program);
     set(0o755);
     println!("{said}");
     assert!(said.starts_with("REFUSED") && said.contains("save where you may write"), "{said}");

@@ -446,3 +446,53 @@ fn keys_bind_the_handle_that_is_dragged() {
     studio.undo();
     assert_eq!(studio.document(), before);
 }
+
+#[test]
+fn many_steps_back_may_be_asked_at_once() {
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, 0.0), at(0.0, -80.0), at(150.0, 0.0), at(180.0, 60.0)]);
+    for _ in 0..3 {
+        studio.app.world_mut().write_message(EditorAction::Undo);
+    }
+    studio.app.update();
+    studio.settle();
+    assert!(studio.splines().is_empty(), "all three entries are taken back");
+}
+
+#[test]
+fn a_curve_that_is_removed_while_it_is_changed_does_not_stop_the_history() {
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, 0.0), at(0.0, -80.0), at(150.0, 0.0)]);
+    let (entity, _) = studio.splines()[0].clone();
+    studio.act(EditorAction::Select(entity));
+    studio.settle();
+    studio.hand.move_to(&mut studio.app, at(10.0, 10.0));
+    studio.strike(KeyCode::KeyG);
+    studio.hand.move_to(&mut studio.app, at(40.0, 40.0));
+    studio.act(EditorAction::Remove(entity));
+    studio.strike(KeyCode::Enter);
+    studio.settle();
+    assert!(studio.splines().is_empty());
+    studio.undo();
+    assert_eq!(studio.splines().len(), 1, "undo goes on");
+}
+
+#[test]
+fn what_happens_in_the_middle_of_a_gesture_is_an_entry_of_its_own() {
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, 0.0), at(0.0, -80.0)]);
+    let before = studio.document();
+    studio.strike(KeyCode::KeyP);
+    studio.hand.move_to(&mut studio.app, at(100.0, 0.0));
+    studio.hand.press(&mut studio.app, MouseButton::Left);
+    for x in [110.0, 120.0, 130.0] {
+        studio.hand.move_to(&mut studio.app, at(x, 30.0));
+    }
+    studio.act(EditorAction::Duplicate);
+    studio.hand.release(&mut studio.app, MouseButton::Left);
+    studio.settle();
+    assert_eq!(studio.splines().len(), 2);
+    studio.undo();
+    studio.undo();
+    assert_eq!(studio.document(), before, "nothing was lost between the entries");
+}
