@@ -90,70 +90,218 @@ fn all_drawings_bind_to_four_handles_and_take_poses() {
     }
 }
 
-/// Curves beside skinned models of glTF take the weights of the closest points.
+/// Curves beside skinned models of glTF take the weights of the closest points, and follow the joints of the file.
 #[cfg(feature = "formats")]
-#[test]
-fn curves_take_the_weights_of_skinned_models() {
-    use bevy_surface_splines::format::read_mesh;
-    use bevy_surface_splines::skin::{Chain, JoinRules, SkinSet, SurfaceWeights};
+mod rigs {
+    use base64::Engine as _;
+    use base64::engine::general_purpose::STANDARD;
+    use bevy_surface_splines::format::{
+        Cause, FormatError, SkinnedMesh, SkinnedMeshOptions, read_mesh, read_skinned_mesh,
+    };
+    use bevy_surface_splines::skin::{Chain, JoinKind, JoinRules, SkinError, WeightField};
     use bevy_surface_splines::surface::{FaceId, Surface, SurfaceOptions};
     use bevy_surface_splines::vector::SpatialPath;
+    use glam::{DAffine3, DMat4};
 
-    let Some(corpus) = corpus() else { return };
-    for name in ["fox.glb", "cesium_man.glb", "quad_skin.glb"] {
-        let path = corpus.join("rigs").join(name);
-        let mesh = read_mesh(&path).unwrap();
-        let gltf::Gltf { document, blob } = gltf::Gltf::open(&path).unwrap();
-        let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
-        let reader = primitive.reader(|_| blob.as_deref());
-        type OwnSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
-        let sets: Vec<OwnSet> = (0..)
-            .map_while(|set| {
-                Some((reader.read_joints(set)?.into_u16().collect(), reader.read_weights(set)?.into_f32().collect()))
-            })
-            .collect();
-        let borrowed: Vec<SkinSet<'_>> = sets.iter().map(|(j, w)| (&j[..], &w[..])).collect();
-        let joints = document.skins().next().unwrap().joints().count();
-        let surface = Surface::build(&mesh, &SurfaceOptions::default()).unwrap();
-        let field = SurfaceWeights::of_skin(&surface, &mesh, joints, &borrowed).unwrap();
-        // At the corners of faces weights are those of the file.
-        let mut out = vec![0.0; joints];
-        for (number, face) in mesh.faces.iter().enumerate().step_by(37) {
-            let Ok(point) = surface.point(FaceId(number as u32), [1.0, 0.0, 0.0]) else { continue };
-            field.weights_on(&point, &mut out);
-            let mut wished = vec![0.0; joints];
-            for (of_vertices, weights) in &sets {
-                for k in 0..4 {
-                    let joint = usize::from(of_vertices[face[0] as usize][k]);
-                    let weight = f64::from(weights[face[0] as usize][k]);
-                    wished.get_mut(joint).into_iter().for_each(|w| *w += weight);
+    use super::*;
+
+    /// Vertices of a file as its joints move them at rest, by another reader: where the skin puts them, or their node.
+    fn skinned_at_rest(path: &std::path::Path) -> Vec<DVec3> {
+        let gltf::Gltf { document, blob } = gltf::Gltf::open(path).unwrap();
+        let bytes = |buffer: gltf::Buffer<'_>| match buffer.source() {
+            gltf::buffer::Source::Bin => blob.clone().unwrap(),
+            gltf::buffer::Source::Uri(uri) => STANDARD.decode(uri.split_once(',').unwrap().1).unwrap(),
+        };
+        let buffers: Vec<Vec<u8>> = document.buffers().map(bytes).collect();
+        let mut out = Vec::new();
+        let scene = document.default_scene().or_else(|| document.scenes().next()).unwrap();
+        let mut open: Vec<(gltf::Node<'_>, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
+        let mut worlds = vec![DMat4::IDENTITY; document.nodes().len()];
+        let mut order = Vec::new();
+        open.reverse();
+        while let Some((node, parent)) = open.pop() {
+            let local = node.transform().matrix().map(|column| column.map(f64::from));
+            worlds[node.index()] = parent * DMat4::from_cols_array_2d(&local);
+            let below: Vec<_> = node.children().map(|child| (child, worlds[node.index()])).collect();
+            open.extend(below.into_iter().rev());
+            order.push(node);
+        }
+        for node in order {
+            let Some(mesh) = node.mesh() else { continue };
+            let mut seen = Vec::new();
+            for primitive in mesh.primitives() {
+                let accessor = primitive.get(&gltf::Semantic::Positions).unwrap().index();
+                if seen.contains(&accessor) {
+                    continue;
+                }
+                seen.push(accessor);
+                let reader = primitive.reader(|buffer| Some(&buffers[buffer.index()][..]));
+                let mut sums = Vec::new();
+                if let Some(skin) = node.skin() {
+                    let of_skin = skin.reader(|buffer| Some(&buffers[buffer.index()][..]));
+                    let binds: Vec<DMat4> = of_skin
+                        .read_inverse_bind_matrices()
+                        .unwrap()
+                        .map(|m| DMat4::from_cols_array_2d(&m.map(|column| column.map(f64::from))))
+                        .collect();
+                    let moves: Vec<DMat4> =
+                        skin.joints().zip(binds).map(|(joint, bind)| worlds[joint.index()] * bind).collect();
+                    for set in 0.. {
+                        let (Some(joints), Some(weights)) = (reader.read_joints(set), reader.read_weights(set)) else {
+                            break;
+                        };
+                        sums.resize(joints.clone().into_u16().len(), DMat4::ZERO);
+                        for (sum, (joints, weights)) in sums.iter_mut().zip(joints.into_u16().zip(weights.into_f32())) {
+                            for (joint, weight) in joints.into_iter().zip(weights).filter(|(_, w)| *w != 0.0) {
+                                *sum += moves[usize::from(joint)] * f64::from(weight);
+                            }
+                        }
+                    }
+                }
+                for (vertex, position) in reader.read_positions().unwrap().enumerate() {
+                    let moved = sums.get(vertex).copied().unwrap_or(worlds[node.index()]);
+                    let place = moved * DVec3::from_array(position.map(f64::from)).extend(1.0);
+                    out.push(place.truncate() / place.w);
                 }
             }
-            let sum: f64 = wished.iter().sum();
-            let many = wished.iter().filter(|w| **w > 0.0).count() > 8;
-            assert!(many || out.iter().zip(&wished).all(|(a, b)| (a - b / sum).abs() < 1e-6), "{name} {number}");
         }
-        // A curve through places near by.
-        let diagonal = surface.diagonal();
+        out
+    }
+
+    /// A curve from corner to corner of a surface that comes near to it now and then.
+    fn curve(surface: &Surface) -> Chain {
         let (low, high) = surface.bounds();
-        let points: Vec<DVec3> = (0..31)
-            .map(|i| {
-                let t = f64::from(i) / 30.0;
-                low.lerp(high, t) + DVec3::new((7.0 * t).sin(), (5.0 * t).cos(), 0.0) * 0.05 * diagonal
-            })
-            .collect();
-        let mut chain = Chain::spatial(&SpatialPath::from_points(points, false).unwrap(), &JoinRules::default());
+        let place = |i| {
+            let t = f64::from(i) / 30.0;
+            low.lerp(high, t) + DVec3::new((7.0 * t).sin(), (5.0 * t).cos(), 0.0) * 0.05 * surface.diagonal()
+        };
+        let path = SpatialPath::from_points((0..31).map(place).collect(), false).unwrap();
+        let mut chain = Chain::spatial(&path, &JoinRules::default());
         for anchor in 1..10 {
-            let kinds = bevy_surface_splines::skin::JoinKind::ALL;
-            chain.set_join(anchor, kinds[anchor % 4]).unwrap();
+            chain.set_join(anchor, JoinKind::ALL[anchor % 4]).unwrap();
         }
-        let skin = SplineSkin::bind(vec![chain], &field, &BindOptions::default()).unwrap();
+        chain
+    }
+
+    fn check(name: &str, model: &SkinnedMesh, path: &std::path::Path) {
+        assert_eq!(model.mesh, read_mesh(path).unwrap(), "{name}");
+        let vertices = model.mesh.positions.len();
+        let sums: Vec<f64> =
+            (0..vertices).map(|v| model.sets.iter().flat_map(|set| set.weights[v]).map(f64::from).sum()).collect();
+        assert!(sums.iter().all(|sum| (sum - 1.0).abs() < 1e-6), "{name}");
+        // Joints move vertices to where another reader of the file finds them.
+        let rest = model.pose(&model.locals()).unwrap();
+        let wished = skinned_at_rest(path);
+        assert_eq!(wished.len(), vertices, "{name}");
+        let size = wished.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let mut worst: f64 = 0.0;
+        for (v, (place, wished)) in model.mesh.positions.iter().zip(&wished).enumerate() {
+            let of_set = |set: &bevy_surface_splines::format::JointSet| {
+                let pairs = set.joints[v].into_iter().zip(set.weights[v]);
+                pairs.map(|(j, w)| rest[usize::from(j)].transform_point3(*place) * f64::from(w)).sum::<DVec3>()
+            };
+            worst = worst.max(model.sets.iter().map(of_set).sum::<DVec3>().distance(*wished) / size);
+        }
+        // At the corners of faces weights are those of the file.
+        let surface = Surface::build(&model.mesh, &SurfaceOptions::default()).unwrap();
+        let field = model.weights(&surface).unwrap();
+        let mut out = vec![0.0; field.handle_count()];
+        for (number, face) in model.mesh.faces.iter().enumerate().step_by(37) {
+            let Ok(point) = surface.point(FaceId(number as u32), [1.0, 0.0, 0.0]) else { continue };
+            field.weights_on(&point, &mut out);
+            let mut wished = vec![0.0; out.len()];
+            for set in &model.sets {
+                let v = face[0] as usize;
+                let pairs = set.joints[v].into_iter().zip(set.weights[v]);
+                pairs.for_each(|(joint, weight)| wished[usize::from(joint)] += f64::from(weight));
+            }
+            let many = wished.iter().filter(|w| **w > 0.0).count() > 8;
+            assert!(many || out.iter().zip(&wished).all(|(a, b)| (a - b).abs() < 1e-6), "{name} {number}");
+        }
+        // A curve takes poses of the joints, and random ones.
+        let skin = SplineSkin::bind(vec![curve(&surface)], &field, &BindOptions::default()).unwrap();
         let mut random = Random(12);
         let poses: Vec<Vec<DAffine3>> = (0..20)
-            .map(|_| (0..joints).map(|_| random.transform(low, DVec3::new(0.6, 0.0, 0.8), diagonal)).collect())
+            .map(|_| {
+                let mut locals = model.locals();
+                let turn = |random: &mut Random| DAffine3::from_rotation_x(random.between(-0.3, 0.3));
+                locals.iter_mut().for_each(|local| *local *= turn(&mut random));
+                model.pose(&locals).unwrap()
+            })
             .collect();
-        let worst = pose_all(&skin, &poses, diagonal);
-        println!("{name}: {joints} joints, joins of the curve missed by {worst:.1e}");
-        assert!(worst < 1e-9, "{name}: {worst:e}");
+        let moved = poses.iter().flatten().map(|t| t.transform_point3(surface.bounds().0).length()).fold(0.0, f64::max);
+        let extent = surface.diagonal().max(moved);
+        let missed = pose_all(&skin, &poses, extent);
+        println!(
+            "{name}: {vertices} vertices, {} joints, {} sets, {} vertices missed a sum of one, by up to {:.2}; at rest {worst:.1e} \
+             from another reader's places; joins of a curve missed by {missed:.1e}",
+            model.joints.len(),
+            model.sets.len(),
+            model.uneven,
+            model.worst_miss
+        );
+        assert!(missed < 1e-9, "{name}: {missed:e}");
+        assert!(worst < 1e-6, "{name}: {worst:e}");
+    }
+
+    #[test]
+    fn curves_follow_the_joints_of_models() {
+        let Some(corpus) = corpus() else { return };
+        let table = std::fs::read_to_string(corpus.join("rigs.csv")).unwrap();
+        let mut count = 0;
+        for line in table.lines().skip(1) {
+            let cells: Vec<&str> = line.split(',').collect();
+            let (name, joints, skins): (_, usize, usize) =
+                (cells[0], cells[3].parse().unwrap(), cells[4].parse().unwrap());
+            let path = corpus.join(name);
+            let model = read_skinned_mesh(&path, &SkinnedMeshOptions::default()).unwrap();
+            // As the table says, and one more for each mesh that hangs on its node.
+            let hanging = model.joints.len() - joints;
+            let is_pure =
+                matches!(name, "rigs/fox.glb" | "rigs/cesium_man.glb" | "rigs/quad_skin.glb" | "rigs/simple_skin.gltf");
+            assert!(skins <= 1 && (!is_pure || hanging == 0), "{name}: {hanging} meshes hang on their nodes");
+            check(name, &model, &path);
+            count += 1;
+        }
+        assert!(count >= 8, "{count} rigs");
+    }
+
+    #[test]
+    fn broken_skins_are_refused_by_name() {
+        let Some(corpus) = corpus() else { return };
+        let read = |name: &str| read_skinned_mesh(corpus.join("bad").join(name), &SkinnedMeshOptions::default());
+        let good = read("skin_ok_reference.glb").unwrap();
+        assert_eq!((good.joints.len(), good.uneven), (2, 0));
+        let cause = |name| match read(name) {
+            Err(FormatError::Content { cause, .. }) => cause,
+            other => panic!("{name}: {other:?}"),
+        };
+        assert!(matches!(cause("skin_zero_weights.glb"), Cause::BadWeights { .. }));
+        assert!(matches!(cause("skin_nan_weight.glb"), Cause::BadWeights { .. }));
+        assert!(matches!(cause("skin_joint_out_of_range.glb"), Cause::NoSuchJoint { joints: 2, .. }));
+        assert!(matches!(cause("skin_node_cycle.glb"), Cause::NotATree));
+        assert!(matches!(read("empty.obj"), Err(FormatError::NoSkins { .. })));
+    }
+
+    #[test]
+    fn poses_that_do_not_fit_the_joints_are_refused() {
+        let Some(corpus) = corpus() else { return };
+        let fox = read_skinned_mesh(corpus.join("rigs/fox.glb"), &SkinnedMeshOptions::default()).unwrap();
+        let joints = fox.joints.len();
+        assert_eq!(fox.pose(&[]), Err(SkinError::PoseLength { handles: joints, found: 0 }));
+        let tail = fox.joint_named("b_Tail01_012").unwrap();
+        let mut locals = fox.locals();
+        let before = fox.pose(&locals).unwrap();
+        locals[tail] *= DAffine3::from_rotation_x(0.5);
+        let after = fox.pose(&locals).unwrap();
+        let moved: Vec<&str> = (0..joints)
+            .filter(|j| !before[*j].abs_diff_eq(after[*j], 1e-12))
+            .filter_map(|j| fox.joints[j].name.as_deref())
+            .collect();
+        assert_eq!(
+            moved,
+            ["b_Tail01_012", "b_Tail02_013", "b_Tail03_014"],
+            "what is below the joint, and nothing else"
+        );
     }
 }
