@@ -108,7 +108,8 @@ impl Measured {
         for bound in skin.chains() {
             let energy = |points: &[DVec3]| bound.energy(weights, &options, pose, points);
             let mut energies = [0.0; 7];
-            energies[0] = bound.energy_of_segments(weights, &options, pose, &bound.solve_loose(pose));
+            let loose = bound.solve_loose(pose).map_err(|error| error.to_string())?;
+            energies[0] = bound.energy_of_segments(weights, &options, pose, &loose);
             bound.solve(pose, &mut workspace, &mut points).map_err(|error| error.to_string())?;
             energies[1] = energy(&points);
             let outcome = bound.solve_flexible(pose, &FlexibleOptions::default(), &mut workspace, &mut points);

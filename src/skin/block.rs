@@ -51,6 +51,12 @@ pub(super) struct Factors {
 }
 
 impl Factors {
+    /// Whether single precision holds all of them.
+    pub(super) fn is_finite(&self) -> bool {
+        let numbers = self.linear.as_flattened().iter().chain(&self.shift).chain(&self.plane_shift);
+        numbers.chain(&self.keeps).chain(&self.mirrors).all(|x| x.is_finite())
+    }
+
     pub(super) fn new(transform: &DAffine3, origin: DVec3) -> Self {
         let m = transform.matrix3;
         let about = |origin: DVec3| (m * origin + transform.translation - origin).as_vec3();
@@ -141,7 +147,10 @@ impl Block {
             }
             first += bound.chain().points().len();
         }
-        Ok(())
+        match self.values.iter().position(|value| !value.is_finite()) {
+            Some(place) => Err(SkinError::TooLarge { chain: owner(chains, numbers, place % count.max(1)) }),
+            None => Ok(()),
+        }
     }
 
     /// Adds what all handles do to the control points from `from` on.
@@ -174,6 +183,15 @@ impl Block {
             }
         }
     }
+}
+
+/// Which of some chains, one after the other, has a control point.
+fn owner(chains: &[&BoundChain], numbers: &[usize], point: usize) -> usize {
+    let ends = chains.iter().scan(0, |end, bound| {
+        *end += bound.chain().points().len();
+        Some(*end)
+    });
+    ends.zip(numbers).find(|(end, _)| point < *end).map_or(0, |(_, number)| *number)
 }
 
 #[inline]

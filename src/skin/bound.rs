@@ -9,6 +9,7 @@ use super::{Chain, JoinKind, Quadrature, SkinError, WeightField};
 
 /// What is the same about a deviation: along parameters, or along the curve at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub enum Measure {
     /// All parameters of a segment count the same; segments count by their length.
     #[default]
@@ -19,6 +20,7 @@ pub enum Measure {
 
 /// How chains are bound to handles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct BindOptions {
     /// How integrals are taken; what the weights ask for if not given.
     pub quadrature: Option<Quadrature>,
@@ -33,6 +35,8 @@ pub(crate) type Moment = [[f64; 4]; 4];
 #[derive(Clone, Debug)]
 pub struct BoundChain {
     pub(crate) chain: Chain,
+    /// Handles that there are.
+    pub(crate) handle_count: usize,
     /// Handles that move some of it.
     pub(crate) handles: Vec<u32>,
     /// Lengths of segments, none of them zero.
@@ -76,6 +80,7 @@ impl BoundChain {
         let handles: Vec<u32> = (0..count as u32).filter(moves).collect();
         let mut bound = Self {
             chain: chain.clone(),
+            handle_count: count,
             handles,
             lengths: segment_lengths(chain),
             grams: Vec::with_capacity(chain.segment_count()),
@@ -105,6 +110,22 @@ impl BoundChain {
     /// Lengths of its segments at rest; those of segments without length are a millionth of the mean.
     pub fn lengths(&self) -> &[f64] {
         &self.lengths
+    }
+
+    /// Number of handles that it is bound to; some may not move it.
+    pub fn handle_count(&self) -> usize {
+        self.handle_count
+    }
+
+    /// Refuses poses that do not fit.
+    pub(crate) fn check(&self, transforms: &[DAffine3]) -> Result<(), SkinError> {
+        if transforms.len() != self.handle_count {
+            return Err(SkinError::PoseLength { handles: self.handle_count, found: transforms.len() });
+        }
+        match transforms.iter().position(|transform| !transform.is_finite()) {
+            Some(handle) => Err(SkinError::PoseNotFinite { handle }),
+            None => Ok(()),
+        }
     }
 
     /// Number of coordinates.
@@ -153,10 +174,13 @@ impl BoundChain {
     /// The segments that would be nearest to the skinned curve if nothing held them together.
     pub(crate) fn loose(&self, transforms: &[DAffine3], out: &mut Vec<[DVec3; 4]>) {
         out.clear();
-        for (gram, moments) in self.grams.iter().zip(self.moments.chunks_exact(self.stride())) {
-            let inverse = DMat4::from_cols_array_2d(gram).inverse().to_cols_array_2d();
+        let segments = self.grams.iter().zip(self.moments.chunks_exact(self.stride())).zip(&self.lengths);
+        for ((gram, moments), length) in segments {
+            // The fourth power of a length would leave the range of numbers long before the length does.
+            let one = gram.map(|row| row.map(|entry| entry / length));
+            let inverse = DMat4::from_cols_array_2d(&one).inverse().to_cols_array_2d();
             let sums = self.segment_sides(moments, transforms);
-            out.push(inverse.map(|row| row.iter().zip(sums).map(|(a, sum)| *a * sum).sum()));
+            out.push(inverse.map(|row| row.iter().zip(sums).map(|(a, sum)| sum * (*a / length)).sum()));
         }
     }
 

@@ -24,35 +24,54 @@ pub struct Chain {
     points: Vec<DVec3>,
     closed: bool,
     spatial: bool,
-    /// Whether the path had its first point again at its end without being closed.
-    was_open: bool,
+    ending: Ending,
     joins: Vec<ChainJoin>,
     turned_by: f64,
 }
 
+/// How the end of a path differs from that of its chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ending {
+    Same,
+    /// The path has its first point again at its end without being closed.
+    Open,
+    /// The path closes with a segment that has no length.
+    Point,
+}
+
 impl Chain {
-    /// The chain of a planar path. An open path whose ends meet is a closed chain.
+    /// The chain of a planar path. An open path whose ends meet is a closed chain, and a last segment that only closes a gap of rounding is left
+    /// out, so that a smooth join there is seen.
     pub fn planar(path: &VectorPath, rules: &JoinRules) -> Self {
         Self::new(path.points().iter().map(|p| p.extend(0.0)).collect(), path.is_closed(), false, rules)
     }
 
-    /// The chain of a path in space. An open path whose ends meet is a closed chain.
+    /// The chain of a path in space, with ends as in [`planar`](Self::planar).
     pub fn spatial(path: &SpatialPath, rules: &JoinRules) -> Self {
         Self::new(path.points().to_vec(), path.is_closed(), true, rules)
     }
 
     fn new(mut points: Vec<DVec3>, mut closed: bool, spatial: bool, rules: &JoinRules) -> Self {
         let extent = extent(&points);
-        let mut was_open = false;
-        if let (false, [first, .., last]) = (closed, &points[..])
-            && first.distance(*last) <= rules.degenerate * extent
-        {
-            points.pop();
-            (closed, was_open) = (true, true);
+        let mut ending = Ending::Same;
+        // What is too large to be measured stays as it is.
+        let near = if extent.is_finite() { rules.degenerate * extent } else { -1.0 };
+        match (closed, &points[..]) {
+            (false, [first, .., last]) if first.distance(*last) <= near => {
+                points.pop();
+                (closed, ending) = (true, Ending::Open);
+            }
+            (true, [first, .., a, b, c])
+                if points.len() > 3 && [a, b, c].iter().all(|p| first.distance(**p) <= near) =>
+            {
+                points.truncate(points.len() - 3);
+                ending = Ending::Point;
+            }
+            _ => {}
         }
         let anchors = points.len().div_ceil(3);
         let mut chain =
-            Self { points, closed, spatial, was_open, joins: vec![ChainJoin::default(); anchors], turned_by: 0.0 };
+            Self { points, closed, spatial, ending, joins: vec![ChainJoin::default(); anchors], turned_by: 0.0 };
         for anchor in 0..anchors {
             let Some([incoming, outgoing]) = chain.handles(anchor) else { continue };
             let kind = rules.kind(incoming, outgoing, extent);
@@ -145,10 +164,13 @@ impl Chain {
     /// Pins an anchor to a place, or frees it.
     ///
     /// # Errors
-    /// [`SkinError::NoJoin`] where there is no anchor or the place is not finite.
+    /// [`SkinError::NoJoin`] where there is no anchor, [`SkinError::PinNotFinite`].
     pub fn pin(&mut self, anchor: usize, place: Option<DVec3>) -> Result<(), SkinError> {
-        let join = self.joins.get_mut(anchor).filter(|_| place.is_none_or(DVec3::is_finite));
-        join.ok_or(SkinError::NoJoin { anchor })?.pinned = place;
+        let join = self.joins.get_mut(anchor).ok_or(SkinError::NoJoin { anchor })?;
+        if place.is_some_and(|place| !place.is_finite()) {
+            return Err(SkinError::PinNotFinite { anchor });
+        }
+        join.pinned = place;
         Ok(())
     }
 
@@ -158,11 +180,29 @@ impl Chain {
         if self.spatial || points.len() != self.points.len() {
             return None;
         }
-        let mut points: Vec<DVec2> = points.collect();
-        if self.was_open {
-            points.push(*points.first()?);
+        VectorPath::from_points(self.ended(points.collect())?, self.closed && self.ending != Ending::Open)
+    }
+
+    /// The same as a path in space, of any chain.
+    pub fn spatial_path_of(&self, points: impl ExactSizeIterator<Item = DVec3>) -> Option<SpatialPath> {
+        if points.len() != self.points.len() {
+            return None;
         }
-        VectorPath::from_points(points, self.closed && !self.was_open)
+        SpatialPath::from_points(self.ended(points.collect())?, self.closed && self.ending != Ending::Open)
+    }
+
+    /// Control points with the end that the path had.
+    fn ended<P: Copy>(&self, mut points: Vec<P>) -> Option<Vec<P>> {
+        let more = match self.ending {
+            Ending::Same => 0,
+            Ending::Open => 1,
+            Ending::Point => 3,
+        };
+        if more > 0 {
+            let first = *points.first()?;
+            points.extend(std::iter::repeat_n(first, more));
+        }
+        Some(points)
     }
 
     /// Vectors from an anchor to the handles of the two segments that meet there, if two do.
@@ -228,12 +268,43 @@ mod tests {
     }
 
     #[test]
+    fn a_smooth_join_is_seen_behind_a_gap_of_rounding() {
+        let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (1.0, -1.0), (0.0, -1.0)].map(DVec2::from);
+        let (whole, mut points) = (points.to_vec(), points.to_vec());
+        points.extend([DVec2::splat(5e-7); 3]);
+        let path = VectorPath::from_points(points.clone(), true).unwrap();
+        let chain = Chain::planar(&path, &JoinRules::default());
+        assert_eq!((chain.segment_count(), chain.join(0).kind), (2, JoinKind::Smooth));
+        let back = chain.path_of(chain.points().iter().map(|p| p.truncate())).unwrap();
+        assert_eq!((back.segment_count(), back.is_closed()), (3, true));
+        assert!(back.points().iter().zip(path.points()).all(|(a, b)| a.distance(*b) < 1e-6));
+        // A gap that can be seen is a segment.
+        points[6..].fill(DVec2::splat(5e-5));
+        let path = VectorPath::from_points(points, true).unwrap();
+        assert_eq!(Chain::planar(&path, &JoinRules::default()).segment_count(), 3);
+        let path = SpatialPath::from(&VectorPath::from_points(whole, true).unwrap());
+        let chain = Chain::spatial(&path, &JoinRules::default());
+        assert_eq!(chain.spatial_path_of(chain.points().iter().copied()), Some(path));
+        assert_eq!(chain.spatial_path_of([DVec3::ZERO].into_iter()), None);
+        assert_eq!(chain.path_of(chain.points().iter().map(|p| p.truncate())), None);
+    }
+
+    #[test]
+    fn paths_too_large_to_be_measured_stay_as_they_are() {
+        for scale in [1e160, 1e308] {
+            let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.5)].map(|p| DVec2::from(p) * scale);
+            let chain = Chain::planar(&VectorPath::from_points(points.to_vec(), false).unwrap(), &JoinRules::default());
+            assert!(!chain.is_closed() && chain.points()[3].truncate() == points[3]);
+        }
+    }
+
+    #[test]
     fn joins_that_cannot_be_are_refused() {
         let mut chain = Chain::planar(&corner(DVec2::ZERO, DVec2::X), &JoinRules::default());
         assert_eq!(chain.set_join(1, JoinKind::Smooth), Err(SkinError::NoDirection { anchor: 1 }));
         assert_eq!(chain.set_join(0, JoinKind::Smooth), Err(SkinError::NoJoin { anchor: 0 }));
         assert_eq!(chain.pin(3, None), Err(SkinError::NoJoin { anchor: 3 }));
-        assert_eq!(chain.pin(1, Some(DVec3::NAN)), Err(SkinError::NoJoin { anchor: 1 }));
+        assert_eq!(chain.pin(1, Some(DVec3::NAN)), Err(SkinError::PinNotFinite { anchor: 1 }));
         let mut chain = Chain::planar(&corner(DVec2::Y, 3.0 * DVec2::X), &JoinRules::default());
         assert_eq!(chain.join(1).kind, JoinKind::Angle);
         chain.set_join(1, JoinKind::Mirrored).unwrap();

@@ -6,7 +6,7 @@ use super::bound::{Measure, point};
 use super::quadrature::{bernstein, bernstein_slopes};
 use super::{BindOptions, BoundChain, JoinKind, WeightField};
 
-/// Where weights bring a place.
+/// Where weights bring a place, with one transform for each handle. NaN where no handle moves it.
 pub fn skinned(weights: &dyn WeightField, transforms: &[DAffine3], place: DVec3, scratch: &mut Vec<f64>) -> DVec3 {
     scratch.resize(weights.handle_count(), 0.0);
     weights.weights_at(place, scratch);
@@ -17,7 +17,8 @@ pub fn skinned(weights: &dyn WeightField, transforms: &[DAffine3], place: DVec3,
 
 impl BoundChain {
     /// The energy of control points in a pose: squared distances to the skinned curve, integrated over the chain by the rule that it was bound
-    /// with; in units of length cubed.
+    /// with; in units of length cubed. `weights` and `options` are those that it was bound with. Infinite if there are fewer control points than
+    /// the chain has.
     pub fn energy(
         &self,
         weights: &dyn WeightField,
@@ -26,6 +27,9 @@ impl BoundChain {
         points: &[DVec3],
     ) -> f64 {
         let chain = self.chain();
+        if points.len() < chain.points().len() {
+            return f64::INFINITY;
+        }
         let segments = (0..chain.segment_count()).map(|s| chain.places(s).map(|at| points[at])).collect::<Vec<_>>();
         self.energy_of_segments(weights, options, transforms, &segments)
     }
@@ -59,9 +63,14 @@ impl BoundChain {
     }
 
     /// How far control points miss what the joins keep, as the largest distance by which the end of a handle, or a pinned anchor, is off. With
-    /// `free_ratios` the lengths of handles do not count where a flexible pose may change them.
+    /// `free_ratios` the lengths of handles do not count where a flexible pose may change them. Infinite if points or transforms do not fit the
+    /// chain, or a point is not finite.
     pub fn violation(&self, transforms: &[DAffine3], points: &[DVec3], free_ratios: bool) -> f64 {
         let mut turns = Vec::new();
+        let fits = points.len() == self.chain.points().len() && points.iter().all(|p| p.is_finite());
+        if !fits || self.check(transforms).is_err() {
+            return f64::INFINITY;
+        }
         if self.turns_along() {
             self.turn(transforms, &mut turns);
         }

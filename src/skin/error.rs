@@ -31,11 +31,35 @@ pub enum SkinError {
         /// Transforms that were given.
         found: usize,
     },
-    /// A transform is not finite.
-    #[error("the transform of handle {handle} is not finite")]
+    /// A transform is not finite, or too large for single precision.
+    #[error("the transform of handle {handle} is not finite, or too large for single precision: keep it nearer to 1")]
     PoseNotFinite {
         /// Its place in the list.
         handle: usize,
+    },
+    /// Chains of a skin follow the same handles.
+    #[error(
+        "chain {chain} is bound to {found} handles, and the skin has {handles}: bind all chains to the same weights"
+    )]
+    OtherHandles {
+        /// The chain, by its place in the list.
+        chain: usize,
+        /// Handles that it is bound to.
+        found: usize,
+        /// Handles that the skin has.
+        handles: usize,
+    },
+    /// Poses are in single precision.
+    #[error("chain {chain} has coordinates that are too large for single precision: bring them nearer to 1")]
+    TooLarge {
+        /// The chain, by its place in the list.
+        chain: usize,
+    },
+    /// An anchor is to be pinned to a place that is nowhere.
+    #[error("the place to which anchor {anchor} is to be pinned is not finite: give it one that is")]
+    PinNotFinite {
+        /// The anchor.
+        anchor: usize,
     },
     /// The system of a chain cannot be solved: its coordinates are too large or too small for 64 bits.
     #[error("chain {chain} cannot be solved in double precision: bring its coordinates nearer to 1")]
@@ -44,7 +68,7 @@ pub enum SkinError {
         chain: usize,
     },
     /// There is no such anchor, or it is the end of an open chain.
-    #[error("no two segments meet at anchor {anchor}: name one inside the chain")]
+    #[error("no two segments meet at anchor {anchor}, or there is none: name one inside the chain")]
     NoJoin {
         /// The anchor.
         anchor: usize,

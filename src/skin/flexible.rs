@@ -11,8 +11,9 @@ use super::{BoundChain, SkinError, SolveWorkspace};
 
 /// When to stop, and how short handles may become.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct FlexibleOptions {
-    /// Pairs of solves at most; five or six are usual.
+    /// Pairs of solves at most, a thousand whatever is asked for; five or six are usual.
     pub pairs: u32,
     /// It is done when no control point moves by more than this share of the chain's extent,
     pub moved: f64,
@@ -30,6 +31,7 @@ impl Default for FlexibleOptions {
 
 /// What a flexible solve came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct FlexibleOutcome {
     /// Pairs of solves that were made.
     pub pairs: u32,
@@ -41,6 +43,8 @@ pub struct FlexibleOutcome {
     pub flexible: f64,
 }
 
+/// Pairs of solves that nothing asks for more of.
+const MOST_PAIRS: u32 = 1000;
 /// How often magnitudes are held or released in a solve.
 const ROUNDS: u32 = 6;
 
@@ -48,7 +52,7 @@ impl BoundChain {
     /// Solves with free ratios of handle lengths where joins allow it; otherwise like [`solve`](Self::solve).
     ///
     /// # Errors
-    /// [`SkinError::Singular`] if 64 bits are not enough for the regular pose.
+    /// [`SkinError::PoseLength`], [`SkinError::PoseNotFinite`], [`SkinError::Singular`] if 64 bits are not enough for the regular pose.
     pub fn solve_flexible(
         &self,
         transforms: &[DAffine3],
@@ -56,6 +60,7 @@ impl BoundChain {
         workspace: &mut SolveWorkspace,
         out: &mut Vec<DVec3>,
     ) -> Result<FlexibleOutcome, SkinError> {
+        self.check(transforms)?;
         workspace.turns.clear();
         let outcome = self.flex(transforms, options, workspace)?;
         self.write(&workspace.best, out);
@@ -145,7 +150,7 @@ impl<'a> Alternation<'a> {
         self.workspace.best.clone_from(&self.workspace.points);
         let mut outcome = FlexibleOutcome { regular, flexible: regular, ..Default::default() };
         let mut last = regular;
-        while outcome.pairs < options.pairs && !outcome.settled {
+        while outcome.pairs < options.pairs.min(MOST_PAIRS) && !outcome.settled {
             if last <= nothing {
                 outcome.settled = true;
                 break;
@@ -156,7 +161,7 @@ impl<'a> Alternation<'a> {
                 break;
             }
             let even = bound.excess(&self.workspace.even, self.loose);
-            if even < outcome.flexible {
+            if even < outcome.flexible && !self.is_short(&self.workspace.even) {
                 outcome.flexible = even;
                 self.workspace.best.clone_from(&self.workspace.even);
             }
@@ -165,7 +170,7 @@ impl<'a> Alternation<'a> {
                 break;
             }
             let odd = bound.excess(&self.workspace.odd, self.loose);
-            if odd < outcome.flexible && !self.is_short() {
+            if odd < outcome.flexible && !self.is_short(&self.workspace.odd) {
                 outcome.flexible = odd;
                 self.workspace.best.clone_from(&self.workspace.odd);
             }
@@ -309,12 +314,13 @@ impl<'a> Alternation<'a> {
         true
     }
 
-    /// Whether solving for directions left a handle shorter than its floor.
-    fn is_short(&self) -> bool {
+    /// Whether a solve left a handle shorter than its floor, or turned it round while the other stayed.
+    fn is_short(&self, points: &[f64]) -> bool {
         self.bends.iter().enumerate().any(|(anchor, bend)| {
             bend.is_some_and(|bend| {
-                let [p, q] = self.handles(&self.workspace.odd, anchor);
-                p.length() < 0.999 * bend.floors[0] || q.length() < 0.999 * bend.floors[1]
+                let [p, q] = self.handles(points, anchor);
+                let turned_round = (p.dot(bend.incoming) < 0.0) != (q.dot(bend.outgoing) < 0.0);
+                turned_round || p.length() < 0.999 * bend.floors[0] || q.length() < 0.999 * bend.floors[1]
             })
         })
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// What stays the same about two segments that meet at an anchor while handles move them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub enum JoinKind {
     /// That they meet (C0).
     #[default]
@@ -34,6 +35,7 @@ impl JoinKind {
 
 /// A join of a chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct ChainJoin {
     /// What is kept.
     pub kind: JoinKind,
@@ -43,6 +45,7 @@ pub struct ChainJoin {
 
 /// How the joins of a drawing are recognised.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct JoinRules {
     /// Handles shorter than this share of the chain's extent have no direction: the join is a corner. Ends of an open path that are nearer
     /// to each other than this are joined.

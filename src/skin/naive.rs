@@ -11,6 +11,7 @@ use super::{Chain, WeightField};
 
 /// A simple way to move control points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub enum NaiveWay {
     /// Every control point is skinned like a place of the curve.
     ControlPoints,

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 /// are within 1e-7 of a segment's size of the exact integral for smooth weights, even with a handle close by; a hundred even samples, which
 /// is what the paper takes, within 1e-3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct Quadrature {
     /// Nodes on a piece, from 4 (fewer could not tell cubics apart) to 64.
     pub nodes: u32,

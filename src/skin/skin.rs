@@ -51,6 +51,7 @@ impl Posed {
 
 /// What a flexible pose of many chains came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct FlexibleReport {
     /// Chains with a free ratio.
     pub chains: usize,
@@ -115,7 +116,7 @@ impl SplineSkin {
     /// Binds chains to handles. With the feature `parallel` chains are spread over the caller's pool; the result is the same.
     ///
     /// # Errors
-    /// [`SkinError::NoHandles`], [`SkinError::NoWeights`], [`SkinError::Singular`].
+    /// [`SkinError::NoHandles`], [`SkinError::NoWeights`], [`SkinError::Singular`], [`SkinError::TooLarge`].
     pub fn bind(chains: Vec<Chain>, weights: &dyn WeightField, options: &BindOptions) -> Result<Self, SkinError> {
         let bound = spread::map(&chains, || (), |(), number, chain| BoundChain::new(chain, number, weights, options));
         Self::of_bound(bound.into_iter().collect::<Result<_, _>>()?, weights.handle_count())
@@ -124,8 +125,11 @@ impl SplineSkin {
     /// Prepares chains that are bound already, to so many handles.
     ///
     /// # Errors
-    /// [`SkinError::Singular`].
+    /// [`SkinError::OtherHandles`], [`SkinError::Singular`], [`SkinError::TooLarge`].
     pub fn of_bound(chains: Vec<BoundChain>, handles: usize) -> Result<Self, SkinError> {
+        if let Some(chain) = chains.iter().position(|bound| bound.handle_count != handles) {
+            return Err(SkinError::OtherHandles { chain, found: chains[chain].handle_count, handles });
+        }
         let points = || chains.iter().flat_map(|bound| bound.chain().points().iter().copied());
         let low = points().reduce(DVec3::min).unwrap_or_default();
         let high = points().reduce(DVec3::max).unwrap_or_default();
@@ -182,6 +186,9 @@ impl SplineSkin {
             } else {
                 bound.chain().points()
             };
+            if points.iter().any(|p| !p.as_vec3().is_finite()) {
+                return Err(SkinError::TooLarge { chain: number });
+            }
             for (axis, rest) in rest.iter_mut().enumerate() {
                 rest[place.clone()].iter_mut().zip(points).for_each(|(out, p)| *out = p[axis] as f32);
             }
@@ -248,17 +255,22 @@ impl SplineSkin {
         let Posed { x, y, z, factors, solved, .. } = posed;
         factors.clear();
         factors.extend(transforms.iter().map(|transform| Factors::new(transform, self.origin)));
+        if let Some(handle) = factors.iter().position(|factors| !factors.is_finite()) {
+            return Err(SkinError::PoseNotFinite { handle });
+        }
         self.pose_pieces(&self.pieces, 0, x, y, z, factors);
         self.solve_all(solved, 0, transforms);
+        let mut result = Ok(());
         for (one, chain) in solved.iter().zip(&self.solved) {
             if one.failed {
-                return Err(SkinError::Singular { chain: *chain });
+                result = result.and(Err(SkinError::Singular { chain: *chain }));
+                continue;
             }
             for (at, point) in self.places[*chain].clone().zip(&one.points) {
                 (x[at], y[at], z[at]) = (point.x as f32, point.y as f32, point.z as f32);
             }
         }
-        Ok(())
+        result
     }
 
     /// Poses all chains with the ratios of handle lengths free where joins allow it: slower, and nearer to the skinned curves.

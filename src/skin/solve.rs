@@ -25,13 +25,14 @@ impl BoundChain {
     /// The control points nearest to the skinned curve that keep the joins, in double precision; `transforms` has one for each handle.
     ///
     /// # Errors
-    /// [`SkinError::Singular`] if 64 bits are not enough.
+    /// [`SkinError::PoseLength`], [`SkinError::PoseNotFinite`], [`SkinError::Singular`] if 64 bits are not enough.
     pub fn solve(
         &self,
         transforms: &[DAffine3],
         workspace: &mut SolveWorkspace,
         out: &mut Vec<DVec3>,
     ) -> Result<(), SkinError> {
+        self.check(transforms)?;
         workspace.turns.clear();
         self.solve_regular(transforms, workspace)?;
         self.write(&workspace.points, out);
@@ -39,10 +40,14 @@ impl BoundChain {
     }
 
     /// The segments nearest to the skinned curve that need not meet, one after the other.
-    pub fn solve_loose(&self, transforms: &[DAffine3]) -> Vec<[DVec3; 4]> {
+    ///
+    /// # Errors
+    /// [`SkinError::PoseLength`], [`SkinError::PoseNotFinite`].
+    pub fn solve_loose(&self, transforms: &[DAffine3]) -> Result<Vec<[DVec3; 4]>, SkinError> {
+        self.check(transforms)?;
         let mut out = Vec::new();
         self.loose(transforms, &mut out);
-        out
+        Ok(out)
     }
 
     /// Solves into the workspace's points. Turns that cannot be told are those of the workspace.

@@ -9,11 +9,19 @@ use super::{BindOptions, BoundChain, Chain, ChainJoin, JoinKind, SkinError, Solv
 
 /// When segments are split.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct SplitOptions {
     /// How far a curve may be from the skinned one, at the same parameter, in units of length.
     pub tolerance: f64,
-    /// How often a segment may be split in turn.
+    /// How often a segment may be split in turn, eight times at most.
     pub levels: u32,
+}
+
+impl Default for SplitOptions {
+    /// A quarter of a unit, for drawings whose unit is a pixel.
+    fn default() -> Self {
+        Self { tolerance: 0.25, levels: 4 }
+    }
 }
 
 /// A chain with some segments split.
@@ -29,6 +37,8 @@ pub struct SplitChain {
 
 /// Places of a segment that are looked at, the ends among them.
 const SAMPLES: u32 = 9;
+/// Levels at most: a segment in 256.
+const MOST_LEVELS: u32 = 8;
 
 impl SplitChain {
     /// Splits segments where they miss a skinned curve of some poses most, until none misses by more than the tolerance or has been split as
@@ -46,14 +56,16 @@ impl SplitChain {
     ) -> Result<Self, SkinError> {
         let parts = (0..chain.segment_count()).map(|segment| (segment, [0.0, 1.0])).collect();
         let mut split = Self { chain: chain.clone(), parts, left: 0.0 };
-        for level in 0..=options.levels.min(16) {
+        let levels = options.levels.min(MOST_LEVELS);
+        for level in 0..=levels {
             let worst = split.misses(weights, bind, poses)?;
             split.left = worst.iter().map(|(miss, _)| *miss).fold(0.0, f64::max);
-            if split.left <= options.tolerance || level == options.levels.min(16) {
+            let at = |(miss, t): &(f64, f64)| (*miss > options.tolerance).then_some(*t);
+            let cuts: Vec<Option<f64>> = worst.iter().map(at).collect();
+            if level == levels || cuts.iter().all(Option::is_none) {
                 break;
             }
-            let at = |(miss, t): &(f64, f64)| (*miss > options.tolerance).then_some(*t);
-            split.cut(&worst.iter().map(at).collect::<Vec<_>>());
+            split.cut(&cuts);
         }
         Ok(split)
     }
@@ -69,9 +81,6 @@ impl SplitChain {
         let (mut workspace, mut points, mut scratch) = (SolveWorkspace::default(), Vec::new(), Vec::new());
         let mut worst = vec![(0.0, 0.5); self.chain.segment_count()];
         for transforms in poses {
-            if transforms.len() != weights.handle_count() {
-                return Err(SkinError::PoseLength { handles: weights.handle_count(), found: transforms.len() });
-            }
             bound.solve(transforms, &mut workspace, &mut points)?;
             for (segment, worst) in worst.iter_mut().enumerate() {
                 let rest = self.chain.segment(segment);
@@ -127,7 +136,7 @@ impl SplitChain {
         }
         if !self.chain.is_closed() {
             points.extend(self.chain.points().last());
-            joins.push(self.chain.join(self.chain.anchor_count() - 1));
+            joins.extend(self.chain.joins().last());
         }
         self.chain = self.chain.rebuilt(points, joins);
         self.parts = parts;

@@ -72,6 +72,7 @@ fn all_drawings_bind_to_four_handles_and_take_poses() {
     let Some(corpus) = corpus() else { return };
     let mut files: Vec<PathBuf> = std::fs::read_dir(corpus.join("svg")).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();
+    assert!(files.len() > 20, "{} drawings", files.len());
     for file in files {
         let drawing = read_svg(&file).unwrap().drawing;
         let chains: Vec<Chain> = drawing.paths().map(|(_, path)| Chain::planar(path, &JoinRules::default())).collect();

@@ -90,7 +90,7 @@ impl Dense {
         let miss = |(row, wished): &(Vec<(usize, f64)>, f64)| {
             (row.iter().map(|(at, by)| by * value(*at)).sum::<f64>() - wished).abs()
         };
-        self.constraints.iter().map(miss).fold(0.0, f64::max)
+        self.constraints.iter().map(miss).fold(0.0, worse)
     }
 }
 

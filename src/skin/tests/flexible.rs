@@ -49,7 +49,7 @@ fn free_ratios_are_never_worse_and_keep_joins() {
 pub(super) fn collapses(bound: &BoundChain, pose: &[DAffine3], points: &[DVec3], anchor: usize) -> bool {
     let chain = bound.chain();
     let Some(rest) = chain.handles(anchor) else { return false };
-    let loose = bound.solve_loose(pose);
+    let loose = bound.solve_loose(pose).unwrap();
     let (n, at) = (points.len(), 3 * anchor);
     let before = if anchor > 0 { anchor - 1 } else { loose.len() - 1 };
     let wished = [loose[before][2] - loose[before][3], loose[anchor][1] - loose[anchor][0]];

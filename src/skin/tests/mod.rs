@@ -3,6 +3,7 @@
 mod comparison;
 mod dense;
 mod flexible;
+mod hostile;
 mod poses;
 mod regular;
 
@@ -142,5 +143,10 @@ pub(super) fn solve(bound: &BoundChain, pose: &[DAffine3]) -> Vec<DVec3> {
 /// The largest distance between points of two lists of the same length.
 pub(super) fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+    a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, worse)
+}
+
+/// The larger one, or what is no number.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
 }

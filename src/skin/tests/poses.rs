@@ -32,7 +32,7 @@ fn single_precision_is_near_to_double() {
             let size = bound.chain().extent();
             assert_eq!(skin.points(&posed, number).len(), exact.len());
             for (single, exact) in skin.points(&posed, number).zip(&exact) {
-                worst = worst.max(single.as_dvec3().distance(*exact) / size);
+                worst = worse(worst, single.as_dvec3().distance(*exact) / size);
             }
         }
     }

@@ -108,7 +108,7 @@ fn the_band_gives_what_multipliers_give() {
         let bound = bind(&chain, &weights);
         let solved = solve(&bound, &pose);
         let dense = Dense::new(&bound, &weights, &pose, Metric::Energy);
-        let by_multipliers = dense.nearest(&bound, Metric::Energy, &bound.solve_loose(&pose), false);
+        let by_multipliers = dense.nearest(&bound, Metric::Energy, &bound.solve_loose(&pose).unwrap(), false);
         let off = apart(&joined(&chain, &by_multipliers), &solved) / chain.extent();
         let missed = dense.missed(&segments(&chain, &solved)).max(bound.violation(&pose, &solved, false));
         assert!(off < 1e-10, "seed {seed}: {off:e}");

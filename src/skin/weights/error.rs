@@ -13,7 +13,7 @@ pub enum WeightsError {
         most: usize,
     },
     /// A corner or a handle is nowhere.
-    #[error("point {point} has a coordinate that is not finite")]
+    #[error("point {point} has a coordinate that is not finite: give it a place")]
     NotFinite {
         /// Its place in the list.
         point: usize,
@@ -53,11 +53,23 @@ pub enum WeightsError {
     /// There is nothing that could move.
     #[error("there are no handles: give at least one")]
     NoHandles,
+    /// Weights would take more memory than is reasonable.
+    #[error(
+        "weights of {handles} handles at {vertices} vertices are too many: ask for fewer triangles, or give fewer handles"
+    )]
+    TooMany {
+        /// Handles.
+        handles: usize,
+        /// Vertices that they would have weights at.
+        vertices: usize,
+    },
     /// The outline is too thin to be triangulated.
-    #[error("the outline could not be triangulated: it is too thin, or has corners too near to each other")]
+    #[error(
+        "the outline could not be triangulated, it is too thin or has corners too near to each other: make it wider"
+    )]
     Triangulation,
     /// The system could not be solved.
-    #[error("the system of weights could not be solved: the outline has parts that are too thin")]
+    #[error("the system of weights could not be solved, the outline has parts that are too thin: make them wider")]
     Singular,
     /// Tables do not fit together.
     #[error("there are {found} entries, and {expected} are needed: give one for each vertex")]
@@ -68,13 +80,13 @@ pub enum WeightsError {
         expected: usize,
     },
     /// A weight is negative or no number.
-    #[error("vertex {vertex} has a weight that is negative or not finite")]
+    #[error("vertex {vertex} has a weight that is negative or not finite: correct it")]
     BadWeight {
         /// The vertex.
         vertex: usize,
     },
     /// A vertex names a handle that there is not.
-    #[error("vertex {vertex} names handle {handle}, and there are {handles}")]
+    #[error("vertex {vertex} names handle {handle}, and there are {handles}: correct the index")]
     NoSuchHandle {
         /// The vertex.
         vertex: usize,

@@ -1,5 +1,7 @@
 //! Weights that are solved for on a triangulation: harmonic and bounded biharmonic.
 
+use std::collections::HashMap;
+
 use glam::{DVec2, DVec3};
 
 use super::bounded::{Minimum, minimise};
@@ -33,8 +35,35 @@ pub struct MeshedReport {
     pub sums: [f64; 2],
 }
 
+/// Numbers that weights may be: half a gigabyte.
+const MOST_NUMBERS: usize = 1 << 26;
+/// Places that handles may hold: more than the finest triangulation has vertices.
+const MOST_PLACES: usize = 1 << 18;
+
 /// What a vertex is fixed to: shares of at most two handles.
 type Fixed = Option<[(usize, f64); 2]>;
+
+/// Places that handles hold, in cells so small that one is of one handle.
+struct Taken {
+    origin: DVec2,
+    /// How far apart places of different handles have to be.
+    apart: f64,
+    cells: HashMap<[i64; 2], (DVec2, usize)>,
+}
+
+impl Taken {
+    /// Takes a place for a handle; gives another handle that holds it.
+    fn take(&mut self, place: DVec2, handle: usize) -> Option<usize> {
+        let cell = ((place - self.origin) / (self.apart * std::f64::consts::FRAC_1_SQRT_2)).floor();
+        let at = |x: i64, y: i64| [(cell.x as i64).saturating_add(x), (cell.y as i64).saturating_add(y)];
+        let around = (-2..=2).flat_map(|x| (-2..=2).map(move |y| (x, y)));
+        let near = around.filter_map(|(x, y)| self.cells.get(&at(x, y)));
+        let holds = |(other, of): &&(DVec2, usize)| *of != handle && other.distance(place) < self.apart;
+        let found = near.filter(holds).map(|(_, of)| *of).next();
+        self.cells.insert(at(0, 0), (place, handle));
+        found
+    }
+}
 
 impl MeshedWeights {
     /// Harmonic coordinates of a cage, whose corners are the handles (Joshi et al. 2007): linear along its edges, and inside as smooth
@@ -42,9 +71,10 @@ impl MeshedWeights {
     /// solve for each corner.
     ///
     /// # Errors
-    /// [`WeightsError::Triangulation`], [`WeightsError::Singular`].
+    /// [`WeightsError::Triangulation`], [`WeightsError::Singular`], [`WeightsError::TooMany`].
     pub fn harmonic(cage: &Cage, triangles: usize) -> Result<Self, WeightsError> {
         let mesh = PlaneMesh::new(cage, &[], triangles)?;
+        bound_numbers(&mesh, cage.corners().len())?;
         let fixed = on_cage(&mesh, cage);
         let (laplacian, _) = Symmetric::laplacian(&mesh);
         let pattern = laplacian.pattern()?;
@@ -69,13 +99,15 @@ impl MeshedWeights {
     ///
     /// # Errors
     /// [`WeightsError::NoHandles`], [`WeightsError::NotFinite`], [`WeightsError::HandleOutside`], [`WeightsError::SamePlace`],
-    /// [`WeightsError::Triangulation`], [`WeightsError::Singular`].
+    /// [`WeightsError::Triangulation`], [`WeightsError::Singular`], [`WeightsError::TooMany`].
     pub fn biharmonic(outline: &Cage, handles: &[HandleShape], triangles: usize) -> Result<Self, WeightsError> {
         if handles.is_empty() {
             return Err(WeightsError::NoHandles);
         }
         let extent = outline.extent();
         let mut places: Vec<(DVec2, usize)> = Vec::new();
+        let origin = outline.corners().first().copied().unwrap_or_default();
+        let mut taken = Taken { origin, apart: 1e-6 * extent, cells: HashMap::new() };
         // As far apart as vertices will be.
         let step = extent / (triangles.clamp(16, 1 << 18) as f64).sqrt();
         for (handle, shape) in handles.iter().enumerate() {
@@ -90,11 +122,13 @@ impl MeshedWeights {
                 if !outline.contains(place) && distance > 1e-9 * extent {
                     return Err(WeightsError::HandleOutside { handle, distance });
                 }
-                let near = |(other, of): &&(DVec2, usize)| *of != handle && other.distance(place) < 1e-6 * extent;
-                if let Some((_, other)) = places.iter().find(near) {
-                    return Err(WeightsError::SamePlace { handles: [*other, handle] });
+                if let Some(other) = taken.take(place, handle) {
+                    return Err(WeightsError::SamePlace { handles: [other, handle] });
                 }
                 places.push((place, handle));
+                if places.len() > MOST_PLACES {
+                    return Err(WeightsError::TooMany { handles: handles.len(), vertices: places.len() });
+                }
             }
         }
         let only: Vec<DVec2> = places.iter().map(|(place, _)| *place).collect();
@@ -110,7 +144,7 @@ impl MeshedWeights {
     /// Bounded biharmonic weights of a cage, whose corners are the handles: linear along its edges, smooth inside.
     ///
     /// # Errors
-    /// [`WeightsError::Triangulation`], [`WeightsError::Singular`].
+    /// [`WeightsError::Triangulation`], [`WeightsError::Singular`], [`WeightsError::TooMany`].
     pub fn biharmonic_cage(cage: &Cage, triangles: usize) -> Result<Self, WeightsError> {
         let mesh = PlaneMesh::new(cage, &[], triangles)?;
         let fixed = on_cage(&mesh, cage);
@@ -118,6 +152,7 @@ impl MeshedWeights {
     }
 
     fn bounded(mesh: PlaneMesh, fixed: &[Fixed], handles: usize) -> Result<Self, WeightsError> {
+        bound_numbers(&mesh, handles)?;
         let solved = solve_bounded(&mesh, fixed, handles)?;
         Self::gathered(mesh, solved.into_iter().map(Ok).collect())
     }
@@ -187,6 +222,13 @@ pub(super) fn solve_bounded(mesh: &PlaneMesh, fixed: &[Fixed], handles: usize) -
         },
     );
     solved.into_iter().collect()
+}
+
+/// Refuses more weights than there should be.
+fn bound_numbers(mesh: &PlaneMesh, handles: usize) -> Result<(), WeightsError> {
+    let vertices = mesh.positions.len();
+    let fits = vertices.saturating_mul(handles) <= MOST_NUMBERS;
+    if fits { Ok(()) } else { Err(WeightsError::TooMany { handles, vertices }) }
 }
 
 /// Vertices on the cage, with their shares of two corners.

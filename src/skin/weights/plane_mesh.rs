@@ -94,9 +94,10 @@ impl PlaneMesh {
 
     /// The vertex at a place, if one is.
     pub(super) fn vertex_at(&self, place: DVec2, extent: f64) -> Option<usize> {
-        let distances = self.positions.iter().map(|p| p.distance_squared(place)).enumerate();
-        let (vertex, squared) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (squared <= (1e-9 * extent) * (1e-9 * extent)).then_some(vertex)
+        let corners = self.locate(place).into_iter().map(|(vertex, _)| vertex);
+        let distances = corners.map(|vertex| (vertex, self.positions[vertex].distance(place)));
+        let (vertex, distance) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (distance <= 1e-9 * extent).then_some(vertex)
     }
 
     /// Vertices about a place with their shares; about the nearest place of the rim if it lies outside.

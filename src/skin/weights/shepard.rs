@@ -7,6 +7,7 @@ use crate::skin::SkinError;
 
 /// What a handle is held by.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub enum HandleShape {
     /// A point.
     Point(DVec3),
@@ -42,6 +43,7 @@ impl HandleShape {
 ///
 /// A place at a handle moves with that handle alone. Weights are smooth everywhere, reach everywhere, and cost a few operations for each handle.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 pub struct Shepard {
     handles: Vec<HandleShape>,
     power: f64,

@@ -98,6 +98,9 @@ impl<'a> SurfaceWeights<'a> {
                 }
             }
             let sum: f64 = kept.iter().map(|(_, w)| w).sum();
+            if !sum.is_finite() {
+                return Err(WeightsError::BadWeight { vertex });
+            }
             kept.iter_mut().for_each(|(_, w)| *w /= sum);
             influences.push(kept);
         }

@@ -217,6 +217,22 @@ mod meshed {
         let outside = field(&[at(0.5, 0.5), at(1.5, 0.5)]);
         assert_eq!(outside, Err(WeightsError::HandleOutside { handle: 1, distance: 0.5 }));
         assert!(field(&[at(0.0, 0.5), at(1.0, 1.0)]).is_ok());
+        // Just too near and just far enough, whatever is between them in the list.
+        let near = |gap: f64| field(&[at(0.5, 0.5), at(0.2, 0.7), at(0.5 + gap, 0.5)]);
+        assert_eq!(near(1.4e-6), Err(WeightsError::SamePlace { handles: [0, 2] }));
+        assert_eq!(near(2e-6), Ok(()));
+        // A bone that runs over a point.
+        let bone = HandleShape::Bone(DVec3::new(0.1, 0.5, 0.0), DVec3::new(0.9, 0.5, 0.0));
+        assert_eq!(field(&[at(0.1, 0.5), bone]), Err(WeightsError::SamePlace { handles: [0, 1] }));
+    }
+
+    #[test]
+    fn more_weights_than_memory_should_hold_are_refused() {
+        let many = disc(4096);
+        let refused = [MeshedWeights::harmonic(&many, 60_000), MeshedWeights::biharmonic_cage(&many, 60_000)];
+        for refused in refused.map(Result::unwrap_err) {
+            assert!(matches!(refused, WeightsError::TooMany { handles: 4096, .. }), "{refused}");
+        }
     }
 }
 
@@ -266,6 +282,8 @@ fn skins_keep_the_largest_weights() {
     };
     assert_eq!(refused(&joints[..2], &weights), WeightsError::Length { found: 2, expected: 3 });
     assert_eq!(refused(&joints, &[[f32::NAN; 4]; 3]), WeightsError::BadWeight { vertex: 0 });
+    let huge = SurfaceWeights::painted(&surface, &triangle, 2, &[f64::MAX; 6]);
+    assert_eq!(huge.map(|_| ()).unwrap_err(), WeightsError::BadWeight { vertex: 0 });
     assert_eq!(
         refused(&[[0; 4], [0; 4], [12; 4]], &weights),
         WeightsError::NoSuchHandle { vertex: 2, handle: 12, handles: 12 }
