@@ -97,7 +97,8 @@ mod rigs {
     use base64::Engine as _;
     use base64::engine::general_purpose::STANDARD;
     use bevy_surface_splines::format::{
-        Cause, FormatError, SkinnedMesh, SkinnedMeshOptions, read_mesh, read_skinned_mesh,
+        Cause, FormatError, MeshFormat, SkinnedMesh, SkinnedMeshOptions, parse_skinned_mesh, read_mesh,
+        read_skinned_mesh,
     };
     use bevy_surface_splines::skin::{Chain, JoinKind, JoinRules, SkinError, WeightField};
     use bevy_surface_splines::surface::{FaceId, Surface, SurfaceOptions};
@@ -282,6 +283,49 @@ mod rigs {
         assert!(matches!(cause("skin_joint_out_of_range.glb"), Cause::NoSuchJoint { joints: 2, .. }));
         assert!(matches!(cause("skin_node_cycle.glb"), Cause::NotATree));
         assert!(matches!(read("empty.obj"), Err(FormatError::NoSkins { .. })));
+    }
+
+    #[test]
+    fn damaged_rigs_are_refused_or_fit_together() {
+        let Some(corpus) = corpus() else { return };
+        let mut random = crate::Random(13);
+        println!("seed 13");
+        let (mut read, mut refused) = (0, 0);
+        for name in ["bad/skin_ok_reference.glb", "rigs/quad_skin.glb", "rigs/simple_skin.gltf"] {
+            let whole = std::fs::read(corpus.join(name)).unwrap();
+            let format = MeshFormat::from_extension(name).unwrap();
+            for _ in 0..1500 {
+                let mut bytes = whole.clone();
+                for _ in 0..=random.below(4) {
+                    // Numbers of the document by others, bytes of its buffers by any; other text would hardly ever parse.
+                    let tries = (0..20).map(|_| random.below(bytes.len())).collect::<Vec<_>>();
+                    let is_text = |at: &&usize| bytes[**at].is_ascii_graphic() && !bytes[**at].is_ascii_digit();
+                    let Some(at) = tries.iter().find(|at| !is_text(at)).copied() else { continue };
+                    let is_digit = bytes[at].is_ascii_digit();
+                    bytes[at] = if is_digit { b'0' + random.below(10) as u8 } else { random.below(256) as u8 };
+                }
+                if random.below(10) == 0 {
+                    bytes.truncate(random.below(bytes.len()));
+                }
+                let Ok(model) = parse_skinned_mesh(&bytes, format, None, &SkinnedMeshOptions::default()) else {
+                    refused += 1;
+                    continue;
+                };
+                read += 1;
+                for set in &model.sets {
+                    let vertices = model.mesh.positions.len();
+                    assert_eq!((set.joints.len(), set.weights.len()), (vertices, vertices));
+                    assert!(set.joints.as_flattened().iter().all(|joint| usize::from(*joint) < model.joints.len()));
+                    assert!(set.weights.as_flattened().iter().all(|weight| (0.0..=1.0).contains(weight)));
+                }
+                assert!(model.joints.iter().all(|joint| joint.parent.is_none_or(|parent| parent < model.joints.len())));
+                if let Ok(pose) = model.pose(&model.locals()) {
+                    assert!(pose.iter().all(DAffine3::is_finite));
+                }
+            }
+        }
+        println!("{read} read, {refused} refused");
+        assert!(read > 500 && refused > 500, "{read} {refused}");
     }
 
     #[test]
