@@ -23,6 +23,12 @@ pub enum FormatError {
         /// The file.
         path: PathBuf,
     },
+    /// Files of this format hold no skins.
+    #[error("{format} files hold no skins: give a glTF or GLB file")]
+    NoSkins {
+        /// The format.
+        format: MeshFormat,
+    },
     /// The content is broken, or uses something that is not supported.
     #[error("{format}, {place}: {cause}")]
     Content {
@@ -140,6 +146,26 @@ pub enum Cause {
     /// A glTF item has a value that makes no sense.
     #[error("{0}: correct it")]
     Invalid(String),
+    /// A vertex gives weight to a joint that its skin does not have.
+    #[error("vertex {vertex} is weighted to joint {joint}, but the skin has {joints} joints: correct the index")]
+    NoSuchJoint {
+        /// The vertex, counted in its primitive.
+        vertex: usize,
+        /// The joint as written in the file.
+        joint: String,
+        /// How many joints the skin has.
+        joints: usize,
+    },
+    /// A vertex has weights that make no sense.
+    #[error(
+        "the weights of vertex {vertex} sum to {sum}, or one is negative: bring them to a sum of 1 in the exporter"
+    )]
+    BadWeights {
+        /// The vertex, counted in its primitive.
+        vertex: usize,
+        /// Their sum.
+        sum: String,
+    },
     /// A glTF buffer that lies in another file cannot be read.
     #[error("the file `{uri}` cannot be read ({reason}): put it beside the document")]
     ExternalFile {

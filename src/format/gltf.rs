@@ -7,10 +7,12 @@ use glam::{DMat4, DQuat, DVec3};
 use gltf::json::accessor::{Accessor, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Node, Root, Skin};
+use gltf::json::{Index, Node, Root};
 
 use super::error::{Cause, Fault};
 use super::gltf_data::{Buffer, Container, Data, load_buffers};
+use super::gltf_skin::{Rig, VERTEX_BYTES, check_skins, each_set, skin_of};
+use super::skinned::{SkinnedMesh, SkinnedMeshOptions};
 use super::strip::push_strip;
 use crate::surface::TriangleMesh;
 
@@ -20,8 +22,6 @@ const GROWTH: u64 = 64;
 const ALLOWANCE: u64 = 32 << 20;
 /// What visiting a primitive costs of that, however little it holds: bounds the time that instances take.
 const VISIT: usize = 64;
-/// Sets of four joints a vertex that are looked at.
-const JOINT_SETS: u32 = 8;
 
 /// Extensions that may be required and change nothing about positions and faces.
 const HARMLESS_EXTENSIONS: [&str; 10] = [
@@ -39,11 +39,7 @@ const HARMLESS_EXTENSIONS: [&str; 10] = [
 
 /// Reads a document in JSON; one in a GLB container as well.
 pub(super) fn parse_json(bytes: &[u8], folder: Option<&Path>) -> Result<TriangleMesh, Fault> {
-    if bytes.starts_with(b"glTF") {
-        return parse_glb(bytes, folder);
-    }
-    let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    parse(&Container { json, json_start: None, binary: None }, folder)
+    parse(&json_container(bytes)?, folder)
 }
 
 /// Reads a document in a GLB container.
@@ -51,10 +47,50 @@ pub(super) fn parse_glb(bytes: &[u8], folder: Option<&Path>) -> Result<TriangleM
     parse(&Container::split(bytes)?, folder)
 }
 
-/// Reads the triangles, strips and fans of the default scene (else the first, else of all root nodes) in document order,
-/// in world space. Skins and morph targets are checked where they are used, but move nothing; a node that mirrors does not
-/// turn its faces over.
+/// Reads a document in JSON with its skins; one in a GLB container as well.
+pub(super) fn parse_skinned_json(
+    bytes: &[u8],
+    folder: Option<&Path>,
+    options: &SkinnedMeshOptions,
+) -> Result<SkinnedMesh, Fault> {
+    parse_skinned(&json_container(bytes)?, folder, options)
+}
+
+/// Reads a document in a GLB container with its skins.
+pub(super) fn parse_skinned_glb(
+    bytes: &[u8],
+    folder: Option<&Path>,
+    options: &SkinnedMeshOptions,
+) -> Result<SkinnedMesh, Fault> {
+    parse_skinned(&Container::split(bytes)?, folder, options)
+}
+
+fn json_container(bytes: &[u8]) -> Result<Container<'_>, Fault> {
+    if bytes.starts_with(b"glTF") {
+        return Container::split(bytes);
+    }
+    let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    Ok(Container { json, json_start: None, binary: None })
+}
+
 fn parse(container: &Container<'_>, folder: Option<&Path>) -> Result<TriangleMesh, Fault> {
+    let root = root_of(container)?;
+    Ok(walked(&root, container, folder, None)?.mesh)
+}
+
+fn parse_skinned(
+    container: &Container<'_>,
+    folder: Option<&Path>,
+    options: &SkinnedMeshOptions,
+) -> Result<SkinnedMesh, Fault> {
+    let root = root_of(container)?;
+    let walked = walked(&root, container, folder, Some(Rig::new(*options)))?;
+    let rig = walked.rig.unwrap_or_else(|| Rig::new(*options));
+    Ok(rig.finish(walked.mesh, &root, &walked.parents))
+}
+
+/// The document, if all that it requires is known and its skins have joints that exist.
+fn root_of(container: &Container<'_>) -> Result<Root, Fault> {
     let root: Root = gltf::json::deserialize::from_slice(container.json)
         .map_err(|error| container.json_fault(error.line(), error.column(), error.to_string()))?;
     if let Some(name) = root.extensions_required.iter().find(|name| !is_harmless(name)) {
@@ -62,27 +98,32 @@ fn parse(container: &Container<'_>, folder: Option<&Path>) -> Result<TriangleMes
         return Err(Fault::item("the document", Cause::Unsupported { what, remedy: "export it without" }));
     }
     check_skins(&root)?;
-    let buffers = load_buffers(&root, container.binary, folder)?;
+    Ok(root)
+}
+
+/// What a walk gathered.
+struct Walked {
+    mesh: TriangleMesh,
+    rig: Option<Rig>,
+    /// Of all nodes.
+    parents: Vec<Option<usize>>,
+}
+
+/// Reads the triangles, strips and fans of the default scene (else the first, else of all root nodes) in document order,
+/// in world space. Skins and morph targets are checked where they are used, but move nothing; a node that mirrors does not
+/// turn its faces over.
+fn walked(root: &Root, container: &Container<'_>, folder: Option<&Path>, rig: Option<Rig>) -> Result<Walked, Fault> {
+    let buffers = load_buffers(root, container.binary, folder)?;
     let budget = budget(container, &buffers);
-    let data = Data { root: &root, buffers: &buffers, budget };
-    let mut walk = Walk { data, budget, mesh: TriangleMesh::default() };
-    walk.all(first_nodes(&root)?)?;
-    Ok(walk.mesh)
+    let data = Data { root, buffers: &buffers, budget };
+    let parents = parents(root)?;
+    let mut walk = Walk { data, budget, mesh: TriangleMesh::default(), rig };
+    walk.all(first_nodes(root, &parents)?)?;
+    Ok(Walked { mesh: walk.mesh, rig: walk.rig, parents })
 }
 
 fn is_harmless(extension: &str) -> bool {
     HARMLESS_EXTENSIONS.iter().any(|harmless| extension.starts_with(harmless))
-}
-
-/// Refuses skins with joints that do not exist.
-fn check_skins(root: &Root) -> Result<(), Fault> {
-    for (number, skin) in root.skins.iter().enumerate() {
-        if let Some(joint) = skin.joints.iter().find(|joint| joint.value() >= root.nodes.len()) {
-            let cause = Cause::NoSuchItem(format!("node {}", joint.value()));
-            return Err(Fault::item(format!("skin {number}"), cause));
-        }
-    }
-    Ok(())
 }
 
 /// Bytes that the mesh may come to.
@@ -91,8 +132,8 @@ fn budget(container: &Container<'_>, buffers: &[Buffer<'_>]) -> u64 {
     (container.json.len() + data) as u64 * GROWTH + ALLOWANCE
 }
 
-/// Gives the nodes without a parent, having made sure that all nodes, used or not, form trees.
-fn root_nodes(root: &Root) -> Result<Vec<Index<Node>>, Fault> {
+/// The parents of all nodes, used or not, which are made sure to form trees.
+fn parents(root: &Root) -> Result<Vec<Option<usize>>, Fault> {
     let not_a_tree = |node: usize| Fault::item(format!("node {node}"), Cause::NotATree);
     let mut parents = vec![None; root.nodes.len()];
     for (number, node) in root.nodes.iter().enumerate() {
@@ -103,25 +144,29 @@ fn root_nodes(root: &Root) -> Result<Vec<Index<Node>>, Fault> {
             }
         }
     }
-    let roots: Vec<usize> = (0..parents.len()).filter(|node| parents[*node].is_none()).collect();
     // With one parent each, the nodes that no root leads to are those on cycles and below.
     let mut reached = vec![false; parents.len()];
-    let mut open = roots.clone();
+    let mut open: Vec<usize> = root_numbers(&parents).collect();
     while let Some(node) = open.pop() {
         reached[node] = true;
         open.extend(root.nodes[node].children.iter().flatten().map(Index::value));
     }
     match reached.iter().position(|reached| !reached) {
         Some(node) => Err(not_a_tree(node)),
-        None => Ok(roots.into_iter().map(|node| Index::new(node as u32)).collect()),
+        None => Ok(parents),
     }
 }
 
+/// The nodes without a parent.
+fn root_numbers(parents: &[Option<usize>]) -> impl Iterator<Item = usize> + '_ {
+    (0..parents.len()).filter(|node| parents[*node].is_none())
+}
+
 /// The nodes that the walk starts from.
-fn first_nodes(root: &Root) -> Result<Vec<Index<Node>>, Fault> {
-    let all = root_nodes(root)?;
+fn first_nodes(root: &Root, parents: &[Option<usize>]) -> Result<Vec<Index<Node>>, Fault> {
     let Some(scene) = root.scene else {
-        return Ok(root.scenes.first().map_or(all, |scene| scene.nodes.clone()));
+        let all = || root_numbers(parents).map(|node| Index::new(node as u32)).collect();
+        return Ok(root.scenes.first().map_or_else(all, |scene| scene.nodes.clone()));
     };
     let missing = || Fault::item("the document", Cause::NoSuchItem(format!("scene {}", scene.value())));
     Ok(root.scenes.get(scene.value()).ok_or_else(missing)?.nodes.clone())
@@ -133,6 +178,8 @@ struct Walk<'a> {
     /// Bytes that the mesh may still grow by.
     budget: u64,
     mesh: TriangleMesh,
+    /// What moves the mesh, if that is asked for.
+    rig: Option<Rig>,
 }
 
 impl Walk<'_> {
@@ -150,14 +197,15 @@ impl Walk<'_> {
                 return Err(Fault::item(name, Cause::NotATree));
             }
             let transform = parent * local_transform(node);
-            self.node(node, &name, transform)?;
+            self.node((index.value(), node), &name, transform)?;
             open.extend(node.children.iter().flatten().rev().map(|child| (*child, transform)));
         }
         Ok(())
     }
 
-    fn node(&mut self, node: &Node, name: &str, transform: DMat4) -> Result<(), Fault> {
-        let joints = node.skin.map(|skin| self.joints(skin, name)).transpose()?;
+    fn node(&mut self, (index, node): (usize, &Node), name: &str, transform: DMat4) -> Result<(), Fault> {
+        let skin = node.skin.map(|skin| skin_of(self.data.root, skin, name)).transpose()?;
+        let joints = skin.map(|skin| skin.joints.len());
         let Some(mesh) = node.mesh else {
             return Ok(());
         };
@@ -165,7 +213,10 @@ impl Walk<'_> {
         let primitives = &self.data.root.meshes.get(mesh.value()).ok_or_else(missing)?.primitives;
         // Primitives often share their vertices: where each accessor's positions begin in the mesh, and how many there are.
         let mut placed: HashMap<usize, (u32, usize)> = HashMap::new();
+        // The first joint that moves them, once that is known.
+        let mut first = None;
         for (number, primitive) in primitives.iter().enumerate() {
+            let node_name = name;
             let name = format!("mesh {}, primitive {number}", mesh.value());
             let fault = |cause| Fault::item(name.clone(), cause);
             self.spend(1, VISIT, &name)?;
@@ -182,8 +233,17 @@ impl Walk<'_> {
                 Some(known) => *known,
                 None => {
                     let new = self.vertices(positions, transform, &name)?;
-                    if let Some(joints) = joints {
-                        self.check_joints(primitive, joints, new.1, &name)?;
+                    if let Some(rig) = &mut self.rig {
+                        let first = match first {
+                            Some(known) => known,
+                            None => *first.insert(rig.enter(&self.data, (index, node), node_name, transform)?),
+                        };
+                        self.spend(new.1, VERTEX_BYTES, &name)?;
+                        if let (Some(rig), Some(first)) = (&mut self.rig, first) {
+                            rig.add(&self.data, primitive, (first, joints), (new.0 as usize, new.1), &name)?;
+                        }
+                    } else if let Some(joints) = joints {
+                        each_set(&self.data, primitive, joints, new.1, &name, |_, _, _| {})?;
                     }
                     *placed.entry(positions.value()).or_insert(new)
                 }
@@ -247,48 +307,13 @@ impl Walk<'_> {
         })?;
         Ok(())
     }
-
-    /// How many joints a skin has.
-    fn joints(&self, skin: Index<Skin>, node: &str) -> Result<usize, Fault> {
-        let missing = || Fault::item(node, Cause::NoSuchItem(format!("skin {}", skin.value())));
-        Ok(self.data.root.skins.get(skin.value()).ok_or_else(missing)?.joints.len())
-    }
-
-    /// Refuses vertices that give weight to a joint that the skin does not have.
-    fn check_joints(&self, primitive: &Primitive, joints: usize, vertices: usize, name: &str) -> Result<(), Fault> {
-        for set in 0..JOINT_SETS {
-            let indices = attribute(primitive, Semantic::Joints(set));
-            let (Some(indices), Some(weights)) = (indices, attribute(primitive, Semantic::Weights(set))) else {
-                break;
-            };
-            for accessor in [indices, weights] {
-                let described = self.data.root.accessors.get(accessor.value());
-                if described.is_some_and(|described| described.count.0 != vertices as u64) {
-                    let cause = format!("accessor {} should have {vertices} values", accessor.value());
-                    return Err(Fault::item(name, Cause::Invalid(cause)));
-                }
-            }
-            let indices = self.data.elements::<4>(indices, Type::Vec4)?;
-            let weights = self.data.elements::<4>(weights, Type::Vec4)?;
-            for (vertex, (indices, weights)) in indices.iter().zip(&weights).enumerate() {
-                let bad =
-                    indices.iter().zip(weights).find(|(joint, weight)| **weight != 0.0 && **joint >= joints as f64);
-                if let Some((joint, _)) = bad {
-                    let cause =
-                        format!("vertex {vertex} is weighted to joint {joint}, but the skin has {joints} joints");
-                    return Err(Fault::item(name, Cause::Invalid(cause)));
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
-fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<Accessor>> {
+pub(super) fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<Accessor>> {
     primitive.attributes.get(&Checked::Valid(semantic)).copied()
 }
 
-fn local_transform(node: &Node) -> DMat4 {
+pub(super) fn local_transform(node: &Node) -> DMat4 {
     if let Some(matrix) = node.matrix {
         return DMat4::from_cols_array(&matrix.map(f64::from));
     }

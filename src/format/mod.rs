@@ -15,6 +15,8 @@
 //! A polygon of n corners gives n − 2 consecutive triangles, a fan from its first corner. Nothing in a file makes a reader
 //! panic, hang, or reserve memory out of proportion to the file; errors name the line or byte, see `FormatError`.
 //!
+//! `read_skinned_mesh` reads a glTF file with its joints and weights, so that curves follow them (see [`crate::skin`]).
+//!
 //! With the feature `document`, `document` holds splines and their surface in RON. [`export`] writes traces as lines, and
 //! [`save`] is how all files are written.
 
@@ -27,6 +29,8 @@ pub mod export;
 mod gltf;
 #[cfg(feature = "formats")]
 mod gltf_data;
+#[cfg(feature = "formats")]
+mod gltf_skin;
 #[cfg(feature = "formats")]
 mod obj;
 #[cfg(feature = "formats")]
@@ -41,6 +45,8 @@ mod read;
 mod regular;
 pub mod save;
 #[cfg(feature = "formats")]
+mod skinned;
+#[cfg(feature = "formats")]
 mod stl;
 #[cfg(feature = "formats")]
 mod strip;
@@ -51,3 +57,5 @@ mod text;
 pub use error::{Cause, FormatError, Place};
 #[cfg(feature = "formats")]
 pub use read::{LoadError, MeshFormat, parse_mesh, parse_mesh_beside, read_mesh};
+#[cfg(feature = "formats")]
+pub use skinned::{JointSet, SkinJoint, SkinnedMesh, SkinnedMeshOptions, parse_skinned_mesh, read_skinned_mesh};

@@ -94,10 +94,16 @@ impl fmt::Display for MeshFormat {
 /// ```
 pub fn read_mesh(path: impl AsRef<Path>) -> Result<TriangleMesh, FormatError> {
     let path = path.as_ref();
+    let (bytes, format) = file_of_known_format(path)?;
+    parse(&bytes, format, path.parent())
+}
+
+/// The bytes of a file and its format.
+pub(super) fn file_of_known_format(path: &Path) -> Result<(Vec<u8>, MeshFormat), FormatError> {
     let bytes = read_file(path, u64::MAX).map_err(|source| FormatError::Io { path: path.to_owned(), source })?;
     let format = MeshFormat::from_extension(path).or_else(|| MeshFormat::from_content(&bytes));
     let format = format.ok_or_else(|| FormatError::UnknownFormat { path: path.to_owned() })?;
-    parse(&bytes, format, path.parent())
+    Ok((bytes, format))
 }
 
 /// Reads a mesh from the bytes of a file.

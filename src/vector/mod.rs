@@ -1,4 +1,4 @@
-//! Planar drawings: paths of cubic Bézier segments with their styles, SVG in and out.
+//! Paths of cubic Bézier segments, drawings made of planar ones with their styles, SVG in and out.
 //!
 //! This folder knows nothing of surfaces. A [`Drawing`] is a list of [`Shape`]s, each of one or more [`VectorPath`]s that are filled
 //! together (so that a path inside another is a hole) and one [`Style`]. Coordinates are those of SVG: x to the right, **y down**.
@@ -9,6 +9,7 @@ mod builder;
 mod drawing;
 mod joins;
 mod path;
+mod spatial;
 mod style;
 #[cfg(feature = "svg")]
 mod svg;
@@ -17,6 +18,7 @@ pub use builder::{Added, PathBuilder};
 pub use drawing::{Drawing, Shape, ViewBox};
 pub use joins::{JoinTolerance, PathJoin};
 pub use path::VectorPath;
+pub use spatial::SpatialPath;
 pub use style::{
     Color, FillRule, Gradient, GradientKind, GradientStop, LineCap, LineJoin, Paint, SpreadMethod, Stroke, Style,
 };

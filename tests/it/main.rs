@@ -13,6 +13,8 @@ mod exports;
 mod formats;
 #[cfg(feature = "bevy")]
 mod plugin;
+#[cfg(any(feature = "svg", feature = "formats"))]
+mod skins;
 
 /// Small, seeded random numbers (splitmix64).
 #[cfg(feature = "document")]

@@ -3,6 +3,7 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, TaskPool, block_on, futures_lite::future};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::{PointerEvent, Tool, ToolPointer};
@@ -41,6 +42,8 @@ impl Default for FreehandSettings {
 pub struct Freehand {
     stroke: Option<Stroke>,
     fitting: Option<Fitting>,
+    /// Lines that were drawn before the one that is fitted was done.
+    waiting: VecDeque<(Entity, Arc<DrawnLine>)>,
     /// What changes with the tolerance.
     fresh: Option<Fresh>,
 }
@@ -84,7 +87,7 @@ impl Freehand {
 
     /// Whether a line is being fitted.
     pub fn is_fitting(&self) -> bool {
-        self.fitting.is_some()
+        self.fitting.is_some() || !self.waiting.is_empty()
     }
 
     /// Whether the tolerance changes the line drawn last.
@@ -175,6 +178,10 @@ impl Desk<'_, '_> {
 
     fn fit(&mut self, on: Entity, line: Arc<DrawnLine>, replaces: Option<Entity>) {
         let Ok(surface) = self.surfaces.get(on) else { return };
+        if self.state.fitting.as_ref().is_some_and(|before| before.replaces.is_none()) {
+            self.state.waiting.push_back((on, line));
+            return;
+        }
         let (surface, drawn, share) = (surface.0.clone(), line.clone(), self.settings.tolerance);
         let options = FitOptions::within(share * surface.diagonal());
         let pool = AsyncComputeTaskPool::get_or_init(TaskPool::default);
@@ -212,6 +219,9 @@ impl Desk<'_, '_> {
         let Some(fitting) = &mut self.state.fitting else { return };
         let Some(result) = block_on(future::poll_once(&mut fitting.task)) else { return };
         let Some(Fitting { line, on, tolerance, replaces, .. }) = self.state.fitting.take() else { return };
+        if let Some((on, line)) = self.state.waiting.pop_front() {
+            self.fit(on, line, None);
+        }
         if !self.surfaces.contains(on) {
             return;
         }
@@ -223,6 +233,7 @@ impl Desk<'_, '_> {
                 self.history.note_added("Draw by hand", entity);
                 self.history.end();
                 self.selection.select(entity);
+                self.forget_fresh();
                 self.state.fresh = Some(Fresh { gesture: None, idle: 0, spline: entity, on, line, tolerance });
             }
             (Ok(spline), Some(entity)) => {

@@ -351,6 +351,12 @@ fn freehand_lines_become_splines() {
     studio.drag(&ring);
     assert!(update_until(&mut studio.app, |world| { world.query::<&SplineTrace>().iter(world).count() == 2 }));
     assert!(studio.splines()[1].1.is_closed());
+    // Of lines drawn faster than they are fitted none is lost.
+    for y in [-200.0, -170.0, -140.0] {
+        let line: Vec<Vec2> = (0..8u8).map(|i| at(-80.0 + 20.0 * f32::from(i), y)).collect();
+        studio.drag(&line);
+    }
+    assert!(update_until(&mut studio.app, |world| { world.query::<&SplineTrace>().iter(world).count() == 5 }));
 }
 
 #[test]
