@@ -6,6 +6,7 @@ use super::Document;
 use crate::curve::EditError;
 use crate::format::save::SaveError;
 use crate::geodesic::PathError;
+use crate::smooth::PolylineError;
 use crate::surface::PointError;
 
 /// Why a document cannot be read, written or restored.
@@ -71,6 +72,16 @@ pub enum DocumentError {
         part: String,
         /// What is wrong with it.
         fault: Box<SplineFault>,
+    },
+    /// A line does not lie on the surface as it says.
+    #[error("line {index} (`{name}`): {fault}: correct it, or place the document anew by the positions that it holds")]
+    Line {
+        /// Which one, counted from zero.
+        index: usize,
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        fault: PolylineError,
     },
 }
 

@@ -15,6 +15,8 @@ use crate::surface::{Surface, SurfacePoint};
 pub struct MappingReport {
     /// Of each spline, in the order of the document.
     pub splines: Vec<MappedSpline>,
+    /// Of each line, likewise.
+    pub lines: Vec<MappedSpline>,
 }
 
 /// How a spline was placed on a surface that is not the document's.
@@ -31,27 +33,36 @@ pub struct MappedSpline {
 impl MappingReport {
     /// How far the position of any point lay from the surface at most, in the surface's local unit.
     pub fn largest_distance(&self) -> f64 {
-        self.splines.iter().map(|s| s.largest_distance).fold(0.0, f64::max)
+        self.all().map(|s| s.largest_distance).fold(0.0, f64::max)
     }
 
-    /// How many splines could not be placed.
+    /// How many splines and lines could not be placed.
     pub fn refused(&self) -> usize {
-        self.splines.iter().filter(|s| s.refused.is_some()).count()
+        self.all().filter(|s| s.refused.is_some()).count()
+    }
+
+    fn all(&self) -> impl Iterator<Item = &MappedSpline> {
+        self.splines.iter().chain(&self.lines)
     }
 }
 
 impl fmt::Display for MappingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let points: usize = self.splines.iter().map(|s| s.points).sum();
-        let (placed, largest) = (self.splines.len() - self.refused(), self.largest_distance());
+        let points: usize = self.all().map(|s| s.points).sum();
+        let placed = |all: &[MappedSpline]| all.iter().filter(|s| s.refused.is_none()).count();
+        let (splines, lines, largest) = (placed(&self.splines), placed(&self.lines), self.largest_distance());
+        let lines = if self.lines.is_empty() { String::new() } else { format!(" and {lines} lines") };
         write!(
             f,
-            "the mesh is not the document's: {points} points of {placed} splines were moved to the closest places"
+            "the mesh is not the document's: {points} points of {splines} splines{lines} were moved to the closest places"
         )?;
         write!(f, ", by {largest:.3e} at most")?;
         let refused = |(i, s): (usize, &MappedSpline)| Some((i, s.refused.clone()?));
         for (i, reason) in self.splines.iter().enumerate().filter_map(refused) {
             write!(f, "; spline {i} was left out: {reason}")?;
+        }
+        for (i, reason) in self.lines.iter().enumerate().filter_map(refused) {
+            write!(f, "; line {i} was left out: {reason}")?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Documents: splines, and the surface they lie on, as a text that people can read.
+//! Documents: splines and drawn lines, and the surface they lie on, as a text that people can read.
 //!
 //! The format is [RON](https://github.com/ron-rs/ron) with a version number in front. The mesh is not in the document; a
 //! [`SurfaceReference`] says where it lies and by what it is known again. On that mesh splines come back bit for bit. On
@@ -9,6 +9,7 @@
 //! before they become paths.
 
 mod error;
+mod lines;
 mod mapping;
 mod ranges;
 mod recent;
@@ -23,6 +24,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use error::{DocumentError, SplineFault};
+pub use lines::{DocumentLine, RestoredLine};
 pub use mapping::{MappedSpline, MappingReport};
 pub use recent::Recent;
 pub use recovery::{Autosave, Recovery};
@@ -67,6 +69,9 @@ pub struct Document {
     /// The splines, in order.
     #[serde(deserialize_with = "ranges::list::<_, _, 10_000>")]
     pub splines: Vec<DocumentSpline>,
+    /// Lines that are no splines, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "ranges::list::<_, _, 10_000>")]
+    pub lines: Vec<DocumentLine>,
 }
 
 /// A spline of a [`Document`], with what is not geometry.
@@ -134,7 +139,7 @@ impl Document {
 
     /// A document without splines.
     pub fn new(surface: SurfaceReference) -> Self {
-        Self { version: Self::VERSION, surface, view: None, splines: Vec::new() }
+        Self { version: Self::VERSION, surface, view: None, splines: Vec::new(), lines: Vec::new() }
     }
 
     /// Adds a spline that lies on the surface, and gives its place in the document to fill in what is not geometry.

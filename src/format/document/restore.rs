@@ -2,7 +2,7 @@
 
 use super::mapping::{MappingReport, map_spline};
 use super::stored::{StoredAnchor, StoredHandle, StoredLeg, StoredSpline};
-use super::{Document, DocumentError, SplineFault, SurfaceReference};
+use super::{Document, DocumentError, RestoredLine, SplineFault, SurfaceReference};
 use crate::curve::{Anchor, Handle, HandleSide, Spline};
 use crate::geodesic::{GeodesicPath, PathFinder, inner::InnerPath};
 use crate::surface::{Surface, SurfacePoint};
@@ -17,6 +17,8 @@ const ROUNDED: f64 = 1e-4;
 pub struct Restored {
     /// In the order of the document; none for one that could not be placed anew, of which the report says why.
     pub splines: Vec<Option<Spline>>,
+    /// Likewise the lines.
+    pub lines: Vec<Option<RestoredLine>>,
     /// Present if the surface is not the one of the document, so that all points were placed anew.
     pub mapping: Option<MappingReport>,
 }
@@ -60,7 +62,13 @@ impl Document {
                 fault: Box::new(fault),
             })?));
         }
-        Ok(Restored { splines, mapping: None })
+        let mut lines = Vec::with_capacity(self.lines.len());
+        for (index, line) in self.lines.iter().enumerate() {
+            let restored = line.restore(surface, scale);
+            let name = || line.name.clone();
+            lines.push(Some(restored.map_err(|fault| DocumentError::Line { index, name: name(), fault })?));
+        }
+        Ok(Restored { splines, lines, mapping: None })
     }
 
     /// Places the splines anew, every point at the place nearest to the position that the document holds for it.
@@ -71,7 +79,9 @@ impl Document {
         let scale = self.surface.frame.unit / known.frame.unit;
         let mapped = self.splines.iter().map(|s| map_spline(surface, &known.frame, scale, &s.geometry, finder));
         let (splines, reports) = mapped.unzip();
-        Restored { splines, mapping: Some(MappingReport { splines: reports }) }
+        let placed = self.lines.iter().map(|line| line.map(surface, &known.frame, scale, finder));
+        let (lines, line_reports) = placed.unzip();
+        Restored { splines, lines, mapping: Some(MappingReport { splines: reports, lines: line_reports }) }
     }
 }
 
