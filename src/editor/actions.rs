@@ -461,7 +461,7 @@ impl Desk<'_, '_> {
         let Ok((_, before)) = self.curves.get(entity) else { return };
         if before != curve {
             let name = format!("Change look of {}", before.name);
-            self.history.note_restyled(&name, entity, before.clone());
+            self.history.note_restyled(&name, entity, before.clone(), curve);
             self.commands.entity(entity).try_insert(curve.clone());
         }
     }

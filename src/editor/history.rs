@@ -186,12 +186,14 @@ impl History {
     }
 
     /// Notes name and look of a curve before they changed.
-    pub(crate) fn note_restyled(&mut self, name: &str, spline: Entity, before: Curve) {
+    pub(crate) fn note_restyled(&mut self, name: &str, spline: Entity, before: Curve, after: &Curve) {
         // A colour that is being mixed changes many times: of one row the first is what undo leads back to.
-        let again = self
-            .undo
-            .back()
-            .is_some_and(|last| last.name == name && matches!(last.steps[..], [Step::Restyle(of, _)] if of == spline));
+        let only_colour = |a: &Curve, b: &Curve| Curve { color: b.color, ..a.clone() } == *b;
+        let again = only_colour(&before, after)
+            && self.undo.back().is_some_and(|last| match &last.steps[..] {
+                [Step::Restyle(of, first)] => last.name == name && *of == spline && only_colour(first, &before),
+                _ => false,
+            });
         if again && self.groups.is_empty() && self.redo.is_empty() {
             self.mark_touched();
         } else {
