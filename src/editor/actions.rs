@@ -5,7 +5,8 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 use super::clipboard::{self, Changes, Clipboard, CopyDesk};
-use super::curves::{self, Curve, NextNumber};
+use super::convert::Convert;
+use super::curves::{self, Content, Curve, NextNumber};
 use super::documents::FileRequest;
 use super::history::{History, PlayHistory};
 use super::notices::Notices;
@@ -15,8 +16,8 @@ use super::tools::transform::{BeginTransform, TransformMode};
 use crate::curve::{Join, JumpPolicy, Scheme, Spline, SplineEdit, SplineEnd};
 use crate::geodesic::PathFinder;
 use crate::plugin::{
-    BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, SplineEditRefused, SplinePickingSettings,
-    SurfaceSpline, SurfaceSplineSystems,
+    BuiltSurface, EditSpline, EndGesture, GestureId, LineSmoothing, OnSurface, SplineEditRefused,
+    SplinePickingSettings, SurfaceSpline, SurfaceSplineSystems,
 };
 use crate::surface::SurfacePoint;
 
@@ -65,6 +66,14 @@ pub enum EditorAction {
     SlideScheme(Scheme),
     /// Ends the way of a slider.
     EndSlide,
+    /// Changes how the selected lines are smoothed; none: not at all.
+    SetSmoothing(Option<LineSmoothing>),
+    /// Smoothing on the way to another: all until [`EditorAction::EndSlide`] are one entry of the history.
+    SlideSmoothing(LineSmoothing),
+    /// Makes lines of the selected splines, along their traces.
+    ToLines,
+    /// Makes splines of the selected lines, within the tolerance of the freehand tool.
+    ToSplines,
     /// Changes name and look of a curve.
     Restyle(Entity, Curve),
     /// Copies the selected splines.
@@ -123,6 +132,9 @@ struct Desk<'w, 's> {
     copying: CopyDesk<'w, 's>,
     slide: Local<'s, Vec<(Entity, GestureId)>>,
     finder: Local<'s, PathFinder>,
+    lines: curves::Lines<'w, 's>,
+    conversions: MessageWriter<'w, Convert>,
+    sliding_lines: Local<'s, bool>,
     history: ResMut<'w, History>,
     notices: ResMut<'w, Notices>,
     selection: ResMut<'w, Selection>,
@@ -183,6 +195,12 @@ impl Desk<'_, '_> {
                 self.slide("Change scheme", &splines, &SplineEdit::SetScheme(*scheme));
             }
             EditorAction::EndSlide => self.end_slide(),
+            EditorAction::SetSmoothing(smoothing) => self.set_smoothing(*smoothing),
+            EditorAction::SlideSmoothing(smoothing) => self.slide_smoothing(*smoothing),
+            EditorAction::ToLines | EditorAction::ToSplines => drop(self.conversions.write(Convert {
+                to_splines: *action == EditorAction::ToSplines,
+                entities: self.selection.splines().to_vec(),
+            })),
             EditorAction::Restyle(entity, curve) => self.restyle(*entity, curve),
             EditorAction::Save => {
                 if let Some(files) = &mut self.files {
@@ -238,8 +256,9 @@ impl Desk<'_, '_> {
     }
 
     fn select_all(&mut self) {
+        let is_there = |entity| self.splines.contains(entity) || self.lines.contains(entity);
         let mut free: Vec<_> =
-            self.curves.iter().filter(|(entity, curve)| curve.is_free() && self.splines.contains(*entity)).collect();
+            self.curves.iter().filter(|(entity, curve)| curve.is_free() && is_there(*entity)).collect();
         free.sort_by_key(|(_, curve)| curve.number);
         let free: Vec<_> = free.into_iter().map(|(entity, _)| entity).collect();
         self.selection.clear_anchors();
@@ -247,6 +266,12 @@ impl Desk<'_, '_> {
     }
 
     fn remove(&mut self, name: &str, entity: Entity) {
+        if let Ok((line, smoothing, on)) = self.lines.get(entity) {
+            let content = Content::Line(line.clone(), smoothing.copied());
+            curves::shelve(&mut self.commands, entity, content, on.0);
+            self.history.note_removed(name, entity);
+            return;
+        }
         let Ok((spline, on)) = self.splines.get(entity) else { return };
         let mut spline: Spline = (**spline).clone();
         // A gesture about it ends as if it had not been, so what is kept is the spline as it was before.
@@ -254,7 +279,7 @@ impl Desk<'_, '_> {
             let taken_back = spline.apply(surface, &mut self.finder, inverse);
             taken_back.err().into_iter().for_each(|error| warn!("a gesture is not taken back: {error}"));
         }
-        curves::shelve(&mut self.commands, entity, &spline, on.0);
+        curves::shelve(&mut self.commands, entity, Content::Spline(spline), on.0);
         self.history.note_removed(name, entity);
     }
 
@@ -448,7 +473,41 @@ impl Desk<'_, '_> {
         }
     }
 
+    /// Notes the selected lines as they are, and gives them another way of smoothing.
+    fn set_smoothing(&mut self, smoothing: Option<LineSmoothing>) {
+        self.history.begin("Change smoothing");
+        self.smooth_selected(smoothing, true);
+        self.history.end();
+    }
+
+    fn slide_smoothing(&mut self, smoothing: LineSmoothing) {
+        let begins = !std::mem::replace(&mut *self.sliding_lines, true);
+        if begins {
+            self.history.begin("Change smoothing");
+        }
+        self.smooth_selected(Some(smoothing), begins);
+    }
+
+    fn smooth_selected(&mut self, smoothing: Option<LineSmoothing>, notes: bool) {
+        for entity in self.selection.splines().to_vec() {
+            let Ok((line, before, _)) = self.lines.get(entity) else { continue };
+            if notes {
+                self.history.note_redrawn("Change smoothing", entity, line, before);
+            } else {
+                self.history.mark_touched();
+            }
+            let mut commands = self.commands.entity(entity);
+            match smoothing {
+                Some(smoothing) => commands.try_insert(smoothing),
+                None => commands.try_remove::<LineSmoothing>(),
+            };
+        }
+    }
+
     fn end_slide(&mut self) {
+        if std::mem::take(&mut *self.sliding_lines) {
+            self.history.end();
+        }
         if self.slide.is_empty() {
             return;
         }

@@ -12,6 +12,10 @@ pub const CURVES: [Color; 5] = [
     Color::srgb(0.42, 0.55, 0.96),
     Color::srgb(0.76, 0.65, 0.26),
 ];
+/// Where a line turns to the left, and to the right, as seen from outside.
+pub const LEFT: Color = Color::srgb(0.95, 0.2, 0.25);
+/// Where it turns to the right.
+pub const RIGHT: Color = Color::srgb(0.2, 0.45, 1.0);
 /// A leg that stays on its side and is not the shortest any more.
 pub const STICKY: Color = Color::srgb(0.98, 0.78, 0.16);
 /// Things behind the model keep this share of their opacity.

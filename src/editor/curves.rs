@@ -1,14 +1,14 @@
-//! Splines as the editor knows them: with a name and a look, hidden, locked, or taken off their surface.
+//! Splines and drawn lines as the editor knows them: with a name and a look, hidden, locked, or taken off their surface.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 use crate::curve::Spline;
-use crate::plugin::{Editable, OnSurface, SplineTrace, SurfaceSpline};
+use crate::plugin::{Editable, LineSmoothing, OnSurface, SplineTrace, SurfaceLine, SurfaceSpline};
 
 use super::colors;
 
-/// A spline in the editor's list: its name and its look. Splines without it are shown, but not listed.
+/// A spline or a line in the editor's list: its name and its look. Those without it are shown, but not listed.
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Clone, Debug, PartialEq)]
 #[require(Visibility)]
@@ -37,12 +37,23 @@ impl Curve {
     }
 }
 
-/// A spline that was removed and may be brought back by undo: it keeps its entity, so that the history stays true.
+/// What lies on the surface: a spline, or a line with how it is smoothed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Content {
+    Spline(Spline),
+    Line(SurfaceLine, Option<LineSmoothing>),
+}
+
+/// A spline or a line that was removed and may be brought back by undo: it keeps its entity, so that the history stays true.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Shelved {
-    pub(crate) spline: Spline,
+    pub(crate) content: Content,
     pub(crate) on: Entity,
 }
+
+/// All lines that lie on surfaces.
+pub(crate) type Lines<'w, 's> =
+    Query<'w, 's, (&'static SurfaceLine, Option<&'static LineSmoothing>, &'static OnSurface), With<Curve>>;
 
 /// The number of the next curve.
 #[derive(Resource, Debug, Default)]
@@ -80,6 +91,22 @@ pub(crate) fn spawn(commands: &mut Commands, on: Entity, curve: Curve, spline: S
     commands.spawn((OnSurface(on), SurfaceSpline::new(spline), curve, visibility, Pickable::default())).id()
 }
 
+/// Spawns a line on a model.
+pub(crate) fn spawn_line(
+    commands: &mut Commands,
+    on: Entity,
+    curve: Curve,
+    line: SurfaceLine,
+    smoothing: Option<LineSmoothing>,
+) -> Entity {
+    let visibility = visibility_of(&curve);
+    let mut spawned = commands.spawn((OnSurface(on), line, curve, visibility, Pickable::default()));
+    smoothing.into_iter().for_each(|smoothing| {
+        spawned.insert(smoothing);
+    });
+    spawned.id()
+}
+
 fn visibility_of(curve: &Curve) -> Visibility {
     if curve.hidden { Visibility::Hidden } else { Visibility::Inherited }
 }
@@ -99,18 +126,31 @@ pub(crate) fn show_or_hide(
     }
 }
 
-/// Takes a spline off its surface.
-pub(crate) fn shelve(commands: &mut Commands, entity: Entity, spline: &Spline, on: Entity) {
+/// Takes a spline or a line off its surface.
+pub(crate) fn shelve(commands: &mut Commands, entity: Entity, content: Content, on: Entity) {
     commands
         .entity(entity)
-        .try_remove::<(SurfaceSpline, SplineTrace, OnSurface, Editable)>()
-        .try_insert(Shelved { spline: spline.clone(), on });
+        .try_remove::<(SurfaceSpline, SplineTrace, SurfaceLine, LineSmoothing, OnSurface, Editable)>()
+        .try_insert(Shelved { content, on });
 }
 
 /// Puts it back.
 pub(crate) fn unshelve(commands: &mut Commands, entity: Entity, shelved: &Shelved) {
-    commands
-        .entity(entity)
-        .try_remove::<Shelved>()
-        .try_insert((SurfaceSpline::new(shelved.spline.clone()), OnSurface(shelved.on)));
+    let mut entity = commands.entity(entity);
+    entity.try_remove::<Shelved>().try_insert(OnSurface(shelved.on));
+    match shelved.content.clone() {
+        Content::Spline(spline) => {
+            entity.try_insert(SurfaceSpline::new(spline));
+        }
+        Content::Line(line, smoothing) => set_line(&mut entity, line, smoothing),
+    }
+}
+
+/// Gives a line another course, and another way of smoothing.
+pub(crate) fn set_line(entity: &mut EntityCommands, line: SurfaceLine, smoothing: Option<LineSmoothing>) {
+    entity.try_insert(line);
+    match smoothing {
+        Some(smoothing) => entity.try_insert(smoothing),
+        None => entity.try_remove::<LineSmoothing>(),
+    };
 }

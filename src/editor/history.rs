@@ -9,11 +9,12 @@ use std::collections::{HashMap, VecDeque};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
-use super::curves::{self, Curve, Shelved};
+use super::curves::{self, Content, Curve, Shelved};
 use super::notices::Notices;
 use crate::curve::{Anchor, SplineEdit};
 use crate::plugin::{
-    EditSpline, GestureEnded, GestureId, OnSurface, PendingEdit, SplineEditRefused, SplineEdited, SurfaceSpline,
+    EditSpline, GestureEnded, GestureId, LineSmoothing, OnSurface, PendingEdit, SplineEditRefused, SplineEdited,
+    SurfaceLine, SurfaceSpline,
 };
 
 /// What was done and can be taken back.
@@ -65,12 +66,15 @@ enum Step {
     Unshelve(Entity),
     /// Name and look.
     Restyle(Entity, Curve),
+    /// The course of a line, and how it is smoothed.
+    Redraw(Entity, Box<(SurfaceLine, Option<LineSmoothing>)>),
 }
 
 impl Step {
     fn spline(&self) -> Entity {
-        let (Self::Edit(spline, _) | Self::Shelve(spline) | Self::Unshelve(spline) | Self::Restyle(spline, _)) = self;
-        *spline
+        let (Self::Edit(of, _) | Self::Shelve(of) | Self::Unshelve(of) | Self::Restyle(of, _) | Self::Redraw(of, _)) =
+            self;
+        *of
     }
 }
 
@@ -201,6 +205,17 @@ impl History {
         }
     }
 
+    /// Notes a line before it was drawn or smoothed another way.
+    pub(crate) fn note_redrawn(
+        &mut self,
+        name: &str,
+        entity: Entity,
+        line: &SurfaceLine,
+        smoothing: Option<&LineSmoothing>,
+    ) {
+        self.push(name, vec![Step::Redraw(entity, Box::new((line.clone(), smoothing.copied())))]);
+    }
+
     /// Whether anything changed since the document was saved or opened.
     pub fn is_dirty(&self) -> bool {
         self.saved != self.revision()
@@ -328,6 +343,7 @@ impl Entry {
         };
         let step = |step: &Step| match step {
             Step::Edit(_, change) => edit(change),
+            Step::Redraw(_, before) => size_of_val(before.0.crossings()),
             _ => 0,
         };
         self.steps.iter().map(|s| size_of::<Step>() + step(s)).sum::<usize>() + self.name.len()
@@ -382,6 +398,7 @@ struct Player<'w, 's> {
     splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
     shelved: Query<'w, 's, &'static Shelved>,
     curves: Query<'w, 's, &'static Curve>,
+    lines: curves::Lines<'w, 's>,
     waiting: Query<'w, 's, (), With<PendingEdit>>,
     notices: ResMut<'w, Notices>,
 }
@@ -469,8 +486,13 @@ impl Playing {
                 }
             }
             Step::Shelve(spline) => {
-                if let Ok((curve, on)) = player.splines.get(spline) {
-                    curves::shelve(&mut player.commands, spline, curve, on.0);
+                let content = match (player.splines.get(spline), player.lines.get(spline)) {
+                    (Ok((curve, on)), _) => Some((Content::Spline((**curve).clone()), on.0)),
+                    (_, Ok((line, smoothing, on))) => Some((Content::Line(line.clone(), smoothing.copied()), on.0)),
+                    _ => None,
+                };
+                if let Some((content, on)) = content {
+                    curves::shelve(&mut player.commands, spline, content, on);
                     self.played.push(Step::Unshelve(spline));
                 }
             }
@@ -484,6 +506,13 @@ impl Playing {
                 if let Ok(now) = player.curves.get(spline) {
                     self.played.push(Step::Restyle(spline, now.clone()));
                     player.commands.entity(spline).try_insert(curve);
+                }
+            }
+            Step::Redraw(entity, before) => {
+                if let Ok((line, smoothing, _)) = player.lines.get(entity) {
+                    self.played.push(Step::Redraw(entity, Box::new((line.clone(), smoothing.copied()))));
+                    let (line, smoothing) = *before;
+                    curves::set_line(&mut player.commands.entity(entity), line, smoothing);
                 }
             }
         }

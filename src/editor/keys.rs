@@ -69,6 +69,7 @@ pub const BINDINGS: &[Binding] = &[
     key(KeyCode::KeyN, "N", "Freehand", TOOLS).asks(|| EditorAction::Take(Tool::Freehand)),
     key(KeyCode::KeyI, "I", "Insert anchors", TOOLS).asks(|| EditorAction::Take(Tool::Insert)),
     key(KeyCode::KeyD, "D", "Place a drawing", TOOLS).asks(|| EditorAction::Take(Tool::Drawing)),
+    key(KeyCode::KeyB, "B", "Brush: smooths drawn lines", TOOLS).asks(|| EditorAction::Take(Tool::Brush)),
     key(KeyCode::KeyC, "C", "Join of the selected anchors, in turn; without one, the tool that does so", TOOLS)
         .asks(|| EditorAction::CycleJoin),
     key(KeyCode::Enter, "Enter", "End the pen", TOOLS).asks(|| EditorAction::Take(Tool::Select)),

@@ -13,6 +13,7 @@ mod actions;
 mod camera;
 mod clipboard;
 pub mod colors;
+mod convert;
 mod curves;
 mod documents;
 mod history;
@@ -39,6 +40,7 @@ pub use keys::{BINDINGS, Binding, HINTS, Hint};
 pub use model::{FirstModel, Model, ModelOpened, ModelRefused, OpenModel};
 pub use notices::{Notice, Notices, Severity};
 pub use selection::Selection;
+pub use tools::brush::BrushSettings;
 pub use tools::drawing::{DrawingInHand, TakeDrawing};
 pub use tools::freehand::{Freehand, FreehandSettings};
 pub use tools::transform::{BeginTransform, TransformMode};
@@ -61,6 +63,7 @@ impl Plugin for EditorToolsPlugin {
             selection::plugin,
             history::plugin,
             actions::plugin,
+            convert::plugin,
             tools::plugin,
             keys::plugin,
         ));
@@ -110,7 +113,13 @@ impl Plugin for SurfaceSplineEditorPlugin {
         if !app.is_plugin_added::<EditorToolsPlugin>() {
             app.add_plugins(EditorToolsPlugin);
         }
-        app.add_plugins((panel::plugin, view::draw::plugin, view::lines::plugin, view::sticky::plugin));
+        app.add_plugins((
+            panel::plugin,
+            view::draw::plugin,
+            view::lines::plugin,
+            view::drawn::plugin,
+            view::sticky::plugin,
+        ));
     }
 }
 

@@ -14,9 +14,9 @@ use crate::editor::history::{self, History};
 use crate::editor::model::{Candidate, Model, ModelOpened, OpenModel, bundled_reference};
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
-use crate::format::document::{Document, DocumentError, DocumentSpline, Restored, SurfaceReference};
+use crate::format::document::{Document, DocumentError, Restored, SplineStyle, SurfaceReference};
 use crate::geodesic::PathFinder;
-use crate::plugin::BuiltSurface;
+use crate::plugin::{BuiltSurface, LineSmoothing, SurfaceLine};
 use crate::surface::Surface;
 
 /// A document that was read, and where it belongs.
@@ -154,8 +154,21 @@ impl Stage<'_, '_> {
         for (stored, spline) in opened.document.splines.iter().zip(&restored.splines) {
             match spline {
                 Some(spline) => {
-                    let curve = curve_of(&mut self.next, stored);
+                    let curve =
+                        look_of(self.next.curve(Some(&stored.name)), &stored.style, stored.hidden, stored.locked);
                     curves::spawn(&mut self.commands, entity, curve, spline.clone());
+                }
+                None => left_out += 1,
+            }
+        }
+        for (stored, line) in opened.document.lines.iter().zip(&restored.lines) {
+            match line {
+                Some(restored) => {
+                    let curve =
+                        look_of(self.next.curve(Some(&stored.name)), &stored.style, stored.hidden, stored.locked);
+                    let smoothing = restored.smoothing.map(LineSmoothing::from);
+                    let line = SurfaceLine::new(restored.line.clone());
+                    curves::spawn_line(&mut self.commands, entity, curve, line, smoothing);
                 }
                 None => left_out += 1,
             }
@@ -182,17 +195,14 @@ impl Stage<'_, '_> {
         }
         self.files.path = (!never_saved).then(|| opened.path.clone());
         let name = opened.path.file_name().unwrap_or_default().to_string_lossy();
-        self.notices.info(format!("Opened {name}: {} curves", restored.splines.len() - left_out));
+        let all = restored.splines.len() + restored.lines.len();
+        self.notices.info(format!("Opened {name}: {} curves", all - left_out));
     }
 }
 
-fn curve_of(next: &mut NextNumber, stored: &DocumentSpline) -> Curve {
-    let [red, green, blue, alpha] = stored.style.colour;
-    let mut curve = next.curve(Some(&stored.name));
-    curve.color = Color::srgba(red, green, blue, alpha);
-    curve.width = stored.style.width;
-    (curve.hidden, curve.locked) = (stored.hidden, stored.locked);
-    curve
+fn look_of(curve: Curve, style: &SplineStyle, hidden: bool, locked: bool) -> Curve {
+    let [red, green, blue, alpha] = style.colour;
+    Curve { color: Color::srgba(red, green, blue, alpha), width: style.width, hidden, locked, ..curve }
 }
 
 /// A model that was opened by itself is no document yet.

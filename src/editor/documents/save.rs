@@ -13,7 +13,7 @@ use crate::editor::history::{History, Revision};
 use crate::editor::model::Model;
 use crate::editor::notices::Notices;
 use crate::format::document::{Document, DocumentError, SplineStyle};
-use crate::plugin::{BuiltSurface, OnSurface, SplineTrace, SurfaceSpline};
+use crate::plugin::{BuiltSurface, LineSmoothing, OnSurface, SplineTrace, SurfaceLine, SurfaceSpline};
 
 /// What is saved.
 #[derive(SystemParam)]
@@ -22,6 +22,7 @@ pub(crate) struct Scene<'w, 's> {
     pub(crate) models: Query<'w, 's, (Entity, &'static Model, &'static BuiltSurface)>,
     pub(crate) curves:
         Query<'w, 's, (&'static Curve, &'static SurfaceSpline, &'static OnSurface, Option<&'static SplineTrace>)>,
+    lines: Query<'w, 's, (&'static Curve, &'static SurfaceLine, Option<&'static LineSmoothing>, &'static OnSurface)>,
     cameras: Query<'w, 's, (&'static Orbit, &'static Transform, &'static Projection)>,
     eyes: Query<'w, 's, (&'static Camera, &'static GlobalTransform), With<Orbit>>,
     places: Query<'w, 's, &'static GlobalTransform>,
@@ -54,6 +55,17 @@ impl Scene<'_, '_> {
         curves.sort_by_key(|(curve, ..)| curve.number);
         for (curve, spline, ..) in curves {
             let added = document.add(surface, curve.name.clone(), spline).map_err(|error| error.to_string())?;
+            let colour = curve.color.to_srgba().to_f32_array();
+            added.style = SplineStyle { colour, width: curve.width };
+            (added.hidden, added.locked) = (curve.hidden, curve.locked);
+        }
+        let mut lines: Vec<_> = self.lines.iter().filter(|(.., on)| on.0 == entity).collect();
+        lines.sort_by_key(|(curve, ..)| curve.number);
+        for (curve, line, smoothing, _) in lines {
+            // What is drawn but not smoothed now may be so again.
+            let smoothing = smoothing.filter(|smoothing| smoothing.enabled).map(|smoothing| smoothing.options);
+            let added = document.add_line(surface, curve.name.clone(), line, smoothing);
+            let added = added.map_err(|error| error.to_string())?;
             let colour = curve.color.to_srgba().to_f32_array();
             added.style = SplineStyle { colour, width: curve.width };
             (added.hidden, added.locked) = (curve.hidden, curve.locked);

@@ -18,6 +18,7 @@ pub(crate) mod files;
 pub(crate) mod gizmo;
 pub(crate) mod help;
 pub(crate) mod history;
+pub(crate) mod line;
 pub(crate) mod marks;
 pub(crate) mod notices;
 pub(crate) mod properties;
@@ -128,8 +129,9 @@ fn strike(
 }
 
 /// What the tabs show.
-type Tabs<'w, 's> =
-    (scene::Scene<'w, 's>, properties::Properties<'w, 's>, statistics::Statistics<'w, 's>, history::Entries<'w>);
+type Tabs<'w, 's> = (scene::Scene<'w, 's>, AllProperties<'w, 's>, statistics::Statistics<'w, 's>, history::Entries<'w>);
+/// Of a spline, or of a line.
+type AllProperties<'w, 's> = (properties::Properties<'w, 's>, line::LineProperties<'w, 's>);
 
 fn show(
     mut contexts: EguiContexts,
@@ -183,7 +185,11 @@ fn show_panel(
                     files::show_buttons(ui, files);
                     scene::show(ui, layout, &mut scene, actions);
                 }
-                Tab::Properties => properties::show(ui, &properties, actions),
+                Tab::Properties => {
+                    if !line::show(ui, &properties.1, actions) {
+                        properties::show(ui, &properties.0, actions);
+                    }
+                }
                 Tab::Statistics => statistics::show(ui, &mut statistics),
                 Tab::History => history::show(ui, &entries, actions),
             });

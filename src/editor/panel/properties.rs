@@ -108,6 +108,7 @@ fn show_buttons(ui: &mut egui::Ui, closed: bool, anchor: bool, actions: &mut Mes
             ("Split", "K, at the active anchor", anchor, EditorAction::Split),
             ("Straighten", "L, the segment behind the active anchor", anchor, EditorAction::Straighten),
             ("Join", "J, the last two selected curves", true, EditorAction::JoinSplines),
+            ("Make a line", "A drawn line along it, which can be smoothed and brushed", true, EditorAction::ToLines),
             ("Delete", "X", true, EditorAction::Delete),
         ];
         for (name, key, enabled, action) in buttons {

@@ -10,9 +10,13 @@ use crate::editor::curves::Curve;
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::Tool;
+use crate::editor::tools::brush::BrushSettings;
 use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::{Freehand, FreehandSettings};
-use crate::plugin::{BuiltSurface, SplinePickingSettings, SplineState, SurfaceSpline};
+use crate::plugin::{BuiltSurface, LineState, SplinePickingSettings, SplineState, SurfaceLine, SurfaceSpline};
+
+/// What lies on a model, and not on the shelf of the history.
+type OnModel = Or<(With<SurfaceSpline>, With<SurfaceLine>)>;
 
 /// What the tab shows.
 #[derive(SystemParam)]
@@ -20,7 +24,8 @@ pub(crate) struct Scene<'w, 's> {
     models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
     picking: Res<'w, SplinePickingSettings>,
     repairs: Res<'w, ShownRepairs>,
-    curves: Query<'w, 's, (Entity, &'static Curve, &'static SplineState), With<SurfaceSpline>>,
+    curves: Query<'w, 's, (Entity, &'static Curve, AnyOf<(&'static SplineState, &'static LineState)>), OnModel>,
+    brush: ResMut<'w, BrushSettings>,
     selection: Res<'w, Selection>,
     freehand: ResMut<'w, FreehandSettings>,
     drawn: Res<'w, Freehand>,
@@ -62,6 +67,14 @@ pub(crate) fn show(
 fn show_tool(ui: &mut egui::Ui, scene: &mut Scene) {
     match *scene.tool {
         Tool::Freehand => {
+            let meaning = "What is drawn is smoothed live, by the slider in Properties, and can be brushed; else it becomes a spline";
+            let mut as_line = scene.freehand.as_line;
+            if ui.checkbox(&mut as_line, "Keep as a line to smooth").on_hover_text(meaning).changed() {
+                scene.freehand.as_line = as_line;
+            }
+            if as_line {
+                return;
+            }
             ui.label("Tolerance, of the model's size");
             let mut percent = 100.0 * scene.freehand.tolerance;
             let slider = egui::Slider::new(&mut percent, 0.02..=5.0).logarithmic(true).suffix(" %");
@@ -73,6 +86,15 @@ fn show_tool(ui: &mut egui::Ui, scene: &mut Scene) {
             if scene.drawn.is_fresh() {
                 ui.label(egui::RichText::new("The last line follows").weak());
             }
+        }
+        Tool::Brush => {
+            let BrushSettings { mut radius, mut strength, mut closeness } = *scene.brush;
+            ui.add(egui::Slider::new(&mut radius, 10.0..=200.0).text("Radius"));
+            ui.add(egui::Slider::new(&mut strength, 0.01..=1.0).logarithmic(true).text("Strength"));
+            let slider = egui::Slider::new(&mut closeness, 0.1..=100.0).logarithmic(true).text("Closeness");
+            ui.add(slider).on_hover_text("How close the line stays to where it was at every touch");
+            let settings = BrushSettings { radius, strength, closeness };
+            scene.brush.set_if_neq(settings);
         }
         Tool::Drawing => {
             let text = match scene.hand.name() {
@@ -98,7 +120,13 @@ fn show_list(ui: &mut egui::Ui, layout: &mut Layout, scene: &Scene, actions: &mu
     let rows = egui::ScrollArea::vertical().max_height(rows).auto_shrink([false, true]);
     rows.show_rows(ui, height, curves.len(), |ui, shown| {
         for (entity, curve, state) in &curves[shown] {
-            show_row(ui, layout, scene, (*entity, curve, state), actions);
+            let reason = match state {
+                (Some(SplineState::Failed { reason }), _) | (_, Some(LineState::Failed { reason })) => {
+                    Some(reason.as_str())
+                }
+                _ => None,
+            };
+            show_row(ui, layout, scene, (*entity, curve, reason), actions);
         }
     });
 }
@@ -107,7 +135,7 @@ fn show_row(
     ui: &mut egui::Ui,
     layout: &mut Layout,
     scene: &Scene,
-    (entity, curve, state): (Entity, &Curve, &SplineState),
+    (entity, curve, failed): (Entity, &Curve, Option<&str>),
     actions: &mut MessageWriter<EditorAction>,
 ) {
     let selected = scene.selection.has_spline(entity);
@@ -118,7 +146,7 @@ fn show_row(
         if ui.color_edit_button_rgb(&mut rgb).on_hover_text("Its colour where it is not selected").changed() {
             changed.color = Color::srgb_from_array(rgb);
         }
-        if let SplineState::Failed { reason } = state {
+        if let Some(reason) = failed {
             ui.label(egui::RichText::new("⚠").color(theme::ERROR)).on_hover_text(reason);
         }
         if layout.renaming.as_ref().is_some_and(|(renamed, _)| *renamed == entity) {

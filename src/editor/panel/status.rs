@@ -97,6 +97,9 @@ impl Status<'_, '_> {
             (Tool::Drawing, _) if self.hand.name().is_some() => {
                 "Click places the drawing · wheel scales · Shift and wheel turn · V ends"
             }
+            (Tool::Brush, _) => {
+                "Drag along a drawn line to smooth it there · radius and strength are in the Scene tab · V selects"
+            }
             (Tool::Drawing, _) => "Choose an SVG in the panel, or drop one on the window",
             (Tool::Select, Some(spline)) if spline.scheme().method.is_b_spline() => {
                 "Drag a control point of the B-spline over the surface · X deletes the selected one · ? shows all keys"

@@ -13,7 +13,8 @@ use crate::editor::history::History;
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
 use crate::geodesic::PathFinder;
-use crate::plugin::{BuiltSurface, EditSpline, EndGesture, GestureId, SurfaceSpline};
+use crate::plugin::{BuiltSurface, EditSpline, EndGesture, GestureId, LineSmoothing, SurfaceLine, SurfaceSpline};
+use crate::smooth::SurfacePolyline;
 use crate::surface::Surface;
 
 /// A line that ends this near to where it began, in pixels, is closed.
@@ -29,11 +30,13 @@ const REST: u32 = 20;
 pub struct FreehandSettings {
     /// Largest distance between line and spline, as a share of the surface's diagonal.
     pub tolerance: f64,
+    /// Whether what is drawn stays a line, which is smoothed live, instead of becoming a spline.
+    pub as_line: bool,
 }
 
 impl Default for FreehandSettings {
     fn default() -> Self {
-        Self { tolerance: 0.004 }
+        Self { tolerance: 0.004, as_line: false }
     }
 }
 
@@ -171,9 +174,23 @@ impl Desk<'_, '_> {
             stroke.line.end(surface, &mut self.finder)
         };
         match ended {
+            Ok(()) if self.settings.as_line => match SurfacePolyline::drawn(surface, &stroke.line) {
+                Ok(line) => self.keep_line(stroke.on, line),
+                Err(error) => self.notices.warn(error.to_string()),
+            },
             Ok(()) => self.fit(stroke.on, Arc::new(stroke.line), None),
             Err(error) => self.notices.warn(error.to_string()),
         }
+    }
+
+    /// What was drawn stays a line, smoothed from the start.
+    fn keep_line(&mut self, on: Entity, line: SurfacePolyline) {
+        let mut curve = self.next.curve(None);
+        curve.name = curve.name.replacen("Curve", "Line", 1);
+        let smoothing = Some(LineSmoothing::default());
+        let entity = curves::spawn_line(&mut self.commands, on, curve, SurfaceLine::new(line), smoothing);
+        self.history.note_added("Draw by hand", entity);
+        self.selection.select(entity);
     }
 
     fn fit(&mut self, on: Entity, line: Arc<DrawnLine>, replaces: Option<Entity>) {

@@ -41,6 +41,7 @@ pub(crate) fn insert(
                 selection.clear();
                 notices.info("Click on a curve: the anchor is added where it is clicked.");
             }
+            Target::Line { .. } => notices.info("A drawn line has no anchors: make a spline of it first (Properties)."),
             Target::Control { .. } | Target::Gizmo(_) => {}
         }
     }

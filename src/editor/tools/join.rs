@@ -25,6 +25,7 @@ pub(crate) fn click(
                 selection.select_anchor(spline, anchor);
                 actions.write(EditorAction::CycleJoin);
             }
+            Target::Line { .. } => notices.info("A drawn line has no joins: make a spline of it first (Properties)."),
             Target::Gizmo(_) => {}
             // Its anchors appear, and can be clicked then.
             Target::Curve { spline, .. } => selection.select(spline),

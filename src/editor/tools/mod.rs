@@ -7,6 +7,7 @@ use super::input::{Modifiers, ToolKeys};
 use super::selection::Selection;
 use crate::plugin::{ControlKind, DragModifiers, DragSettings, DragState, SplinePickingSettings, SurfaceSplineSystems};
 
+pub(crate) mod brush;
 pub(crate) mod drawing;
 pub(crate) mod freehand;
 pub(crate) mod gizmo;
@@ -39,11 +40,14 @@ pub enum Tool {
     Join,
     /// Places a drawing.
     Drawing,
+    /// Smooths a drawn line where it is dragged.
+    Brush,
 }
 
 impl Tool {
     /// All tools in the order of the tool strip.
-    pub const ALL: [Self; 6] = [Self::Select, Self::Pen, Self::Freehand, Self::Insert, Self::Join, Self::Drawing];
+    pub const ALL: [Self; 7] =
+        [Self::Select, Self::Pen, Self::Freehand, Self::Insert, Self::Join, Self::Drawing, Self::Brush];
 
     /// What it is called.
     pub fn name(self) -> &'static str {
@@ -54,6 +58,7 @@ impl Tool {
             Self::Insert => "Insert",
             Self::Join => "Join kind",
             Self::Drawing => "Drawing",
+            Self::Brush => "Brush",
         }
     }
 
@@ -68,6 +73,7 @@ impl Tool {
             Self::Drawing => {
                 "Choose an SVG; wheel scales, Shift and wheel turn, or drag from its middle; a click places it"
             }
+            Self::Brush => "Drag along a drawn line to smooth it there",
         }
     }
 }
@@ -91,6 +97,9 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<insert::InsertPreview>()
         .init_resource::<transform::Transforming>()
         .init_resource::<gizmo::SelectionGizmo>()
+        .init_resource::<brush::Brushing>()
+        .init_resource::<brush::BrushSettings>()
+        .register_type::<brush::BrushSettings>()
         .init_resource::<freehand::Freehand>()
         .init_resource::<freehand::FreehandSettings>()
         .register_type::<freehand::FreehandSettings>()
@@ -117,6 +126,7 @@ pub(crate) fn plugin(app: &mut App) {
                 insert::insert,
                 join::click,
                 drawing::place,
+                brush::brush,
             )
                 .chain()
                 .in_set(ToolSystems),

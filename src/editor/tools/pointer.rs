@@ -11,7 +11,7 @@ use bevy::prelude::*;
 use super::gizmo::{GizmoPart, SelectionGizmo};
 use crate::editor::curves::Curve;
 use crate::editor::input::{Modifiers, PanelInput};
-use crate::plugin::{BuiltSurface, ControlKind, ControlPoint, CurveHit, Picker, SurfaceSpline};
+use crate::plugin::{BuiltSurface, ControlKind, ControlPoint, CurveHit, LinePlace, Picker, SurfaceLine, SurfaceSpline};
 use crate::surface::SurfacePoint;
 
 /// A press that moves less than this many pixels is a click, as for the plugin's drags.
@@ -26,6 +26,8 @@ pub(crate) enum Target {
     Control { spline: Entity, kind: ControlKind },
     /// A curve.
     Curve { spline: Entity, hit: CurveHit },
+    /// A drawn line.
+    Line { line: Entity, place: LinePlace },
     /// The gizmo of the selection.
     Gizmo(GizmoPart),
     /// The bare surface.
@@ -117,6 +119,7 @@ pub(crate) struct PointerScene<'w, 's> {
     panel: Res<'w, PanelInput>,
     controls: Query<'w, 's, &'static ControlPoint>,
     splines: Query<'w, 's, Option<&'static Curve>, With<SurfaceSpline>>,
+    lines: Query<'w, 's, Option<&'static Curve>, With<SurfaceLine>>,
     surfaces: Query<'w, 's, (), With<BuiltSurface>>,
     windows: Query<'w, 's, (), With<Window>>,
     gizmo: Res<'w, SelectionGizmo>,
@@ -132,10 +135,11 @@ impl PointerScene<'_, '_> {
             Some(control) => Target::Control { spline: control.spline, kind: control.kind },
             None => match self.curves_under(camera, at).first() {
                 Some((spline, hit)) => Target::Curve { spline: *spline, hit: *hit },
-                None => match self.gizmo.part_at(at) {
-                    Some(part) => Target::Gizmo(part),
-                    None if surface.is_some() => Target::Surface,
-                    None => Target::Nothing,
+                None => match (self.lines_under(camera, at).first(), self.gizmo.part_at(at)) {
+                    (Some((line, place)), _) => Target::Line { line: *line, place: *place },
+                    (None, Some(part)) => Target::Gizmo(part),
+                    (None, None) if surface.is_some() => Target::Surface,
+                    (None, None) => Target::Nothing,
                 },
             },
         };
@@ -147,13 +151,20 @@ impl PointerScene<'_, '_> {
         self.picker.curves_under(camera, at).into_iter().filter(|(spline, _)| is_free(*spline)).collect()
     }
 
+    fn lines_under(&self, camera: Entity, at: Vec2) -> Vec<(Entity, LinePlace)> {
+        let is_free = |line: Entity| self.lines.get(line).is_ok_and(|curve| curve.is_none_or(Curve::is_free));
+        self.picker.lines_under(camera, at).into_iter().filter(|(line, _)| is_free(*line)).collect()
+    }
+
     /// All that a click may mean, the likeliest first.
     pub(crate) fn all_under(&self, moment: &Moment) -> Vec<Target> {
         let controls = self.picker.controls_under(moment.camera, moment.at);
         let controls = controls.into_iter().filter_map(|control| self.controls.get(control).ok());
         let controls = controls.map(|control| Target::Control { spline: control.spline, kind: control.kind });
         let curves = self.curves_under(moment.camera, moment.at);
-        controls.chain(curves.into_iter().map(|(spline, hit)| Target::Curve { spline, hit })).collect()
+        let curves = curves.into_iter().map(|(spline, hit)| Target::Curve { spline, hit });
+        let lines = self.lines_under(moment.camera, moment.at).into_iter();
+        controls.chain(curves).chain(lines.map(|(line, place)| Target::Line { line, place })).collect()
     }
 
     /// Whether the pointer is over something else first: a panel, a button, another program's model.
@@ -162,7 +173,8 @@ impl PointerScene<'_, '_> {
             return true;
         }
         let Some(hovered) = self.hover.as_ref().and_then(|hover| hover.get(&pointer)) else { return false };
-        let ours = |e: Entity| self.controls.contains(e) || self.splines.contains(e) || self.surfaces.contains(e);
+        let drawn = |e: Entity| self.splines.contains(e) || self.lines.contains(e);
+        let ours = |e: Entity| self.controls.contains(e) || drawn(e) || self.surfaces.contains(e);
         hovered.keys().any(|e| !ours(*e) && !self.windows.contains(*e)) && !hovered.keys().any(|e| ours(*e))
     }
 }

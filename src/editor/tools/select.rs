@@ -95,8 +95,8 @@ fn click(selection: &mut Selection, scene: &PointerScene, at: &Moment, count: u3
         (Target::Control { spline, kind: ControlKind::Handle(anchor, _) }, false) => {
             selection.select_anchor(spline, anchor)
         }
-        (Target::Curve { spline, .. }, true) => selection.toggle(spline),
-        (Target::Curve { spline, .. }, false) => selection.select(spline),
+        (Target::Curve { spline, .. } | Target::Line { line: spline, .. }, true) => selection.toggle(spline),
+        (Target::Curve { spline, .. } | Target::Line { line: spline, .. }, false) => selection.select(spline),
         (Target::Surface | Target::Nothing, false) => selection.clear(),
         _ => {}
     }
@@ -108,7 +108,9 @@ fn next_behind(selection: &Selection, mut all: Vec<Target>) -> Option<Target> {
     all.retain(|target| !matches!(target, Target::Control { kind: ControlKind::Handle(..), .. }));
     let is_selected = |target: &Target| match *target {
         Target::Control { spline, kind: ControlKind::Anchor(anchor) } => selection.anchors() == [(spline, anchor)],
-        Target::Curve { spline, .. } => selection.splines() == [spline] && selection.anchors().is_empty(),
+        Target::Curve { spline, .. } | Target::Line { line: spline, .. } => {
+            selection.splines() == [spline] && selection.anchors().is_empty()
+        }
         _ => false,
     };
     let next = all.iter().position(is_selected).map_or(0, |place| place + 1);

@@ -18,17 +18,17 @@ use crate::plugin::{OnSurface, SplineTrace, SurfaceSpline, SurfaceSplineSystems,
 /// A line of a curve, as an entity that hangs on the model; goes with its curve.
 #[derive(Component)]
 #[relationship(relationship_target = CurveLines)]
-struct LineOf(Entity);
+pub(super) struct LineOf(pub(super) Entity);
 
 /// The lines of a curve: one on the model, one that shines through it.
 #[derive(Component, Default)]
 #[relationship_target(relationship = LineOf, linked_spawn)]
-struct CurveLines(Vec<Entity>);
+pub(super) struct CurveLines(Vec<Entity>);
 
 /// Marks lines that shine through the model. Lines hide what is drawn behind them later, so these must come last, and the renderer
 /// draws entities in the order of their archetypes: those with this component come after those without.
 #[derive(Component)]
-struct ShinesThrough;
+pub(super) struct ShinesThrough;
 
 /// How the lines of a curve look at present.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]

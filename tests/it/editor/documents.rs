@@ -6,7 +6,7 @@ use std::time::Duration;
 use bevy::prelude::*;
 use bevy_surface_splines::editor::{
     AutosaveSettings, CameraPlugin, DocumentFile, DrawingInHand, EditorAction, EditorToolsPlugin, ExportKind,
-    FileRequest, FirstModel, History, Model, ModelPlugin, Notices, Orbit, Severity, Tool,
+    FileRequest, FirstModel, FreehandSettings, History, Model, ModelPlugin, Notices, Orbit, Severity, Tool,
 };
 use bevy_surface_splines::format::document::Document;
 use bevy_surface_splines::plugin::SurfaceSplinePlugins;
@@ -252,6 +252,31 @@ fn a_window_with_unsaved_edits_asks_before_it_closes() {
     let mut studio = program(None, AutosaveSettings { enabled: false, ..settings });
     close(&mut studio);
     assert!(window(&mut studio).is_none());
+}
+
+#[test]
+fn drawn_lines_are_saved_and_opened() {
+    let folder = Folder::new("lines");
+    let mesh = folder.file("sheet.obj", &sheet(2.0));
+    let mut studio = program(Some(mesh.clone()), AutosaveSettings::default());
+    studio.app.world_mut().resource_mut::<FreehandSettings>().as_line = true;
+    studio.strike(KeyCode::KeyN);
+    studio.drag(
+        &(0..20u8).map(|i| CENTRE + Vec2::new(10.0 * f32::from(i) - 100.0, f32::from(i % 3))).collect::<Vec<_>>(),
+    );
+    studio.settle();
+    let drawn = studio.lines();
+    assert_eq!(drawn.len(), 1);
+    let path = folder.0.join("lines.splines.ron");
+    ask(&mut studio, FileRequest::SaveAs(path.clone()));
+    assert_eq!(errors(&studio), Vec::<String>::new());
+    let mut other = program(Some(mesh), AutosaveSettings { enabled: false, ..default() });
+    ask(&mut other, FileRequest::Open(path));
+    assert_eq!(errors(&other), Vec::<String>::new());
+    let opened = other.lines();
+    assert_eq!(opened.len(), 1);
+    assert_eq!((&opened[0].0.name, &opened[0].1, &opened[0].2), (&drawn[0].0.name, &drawn[0].1, &drawn[0].2));
+    assert!(!is_dirty(&other));
 }
 
 #[test]

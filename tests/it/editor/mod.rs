@@ -2,6 +2,7 @@
 
 mod documents;
 mod gestures;
+mod lines;
 #[cfg(feature = "editor")]
 mod panel;
 mod tools;
@@ -125,6 +126,15 @@ impl Studio {
         let mut query = world.query::<(&SurfaceSpline, &Curve)>();
         let mut found: Vec<_> = query.iter(world).map(|(s, c)| (c.clone(), (**s).clone())).collect();
         found.sort_by_key(|(curve, _)| curve.number);
+        found
+    }
+
+    /// All lines, as they were drawn, and how they are smoothed.
+    fn lines(&mut self) -> Vec<(Curve, SurfaceLine, Option<LineSmoothing>, Entity)> {
+        let world = self.app.world_mut();
+        let mut query = world.query::<(&Curve, &SurfaceLine, Option<&LineSmoothing>, Entity)>();
+        let mut found: Vec<_> = query.iter(world).map(|(c, l, s, e)| (c.clone(), l.clone(), s.copied(), e)).collect();
+        found.sort_by_key(|(curve, ..)| curve.number);
         found
     }
 
