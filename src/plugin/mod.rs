@@ -1,7 +1,8 @@
 //! The Bevy plugin: splines on surfaces as components, edited live; works without window and renderer.
 //!
 //! [`SplineSurface`] beside a `Mesh3d` asks for a [`BuiltSurface`]; a [`SplineSource`] or [`SurfaceSpline`] with
-//! [`OnSurface`] lies on it; [`EditSpline`] messages change it, and its [`SplineTrace`] follows. [`Editable`] makes anchors and
+//! [`OnSurface`] lies on it; [`EditSpline`] messages change it, and its [`SplineTrace`] follows. A [`SurfaceLine`] is smoothed by its
+//! [`LineSmoothing`] into a [`SmoothedLine`]. [`Editable`] makes anchors and
 //! handles appear that can be picked and dragged. What would take longer than a frame has ([`TraceBudget`]) is computed in the
 //! background; a [`TracePreview`] is shown meanwhile. With the feature `svg`, a `Drawing` with a `Placement` becomes splines.
 //!
@@ -31,6 +32,11 @@ mod drawing;
 mod edit;
 mod edit_costs;
 mod edit_queue;
+mod line;
+mod line_pen;
+mod line_remap;
+mod line_source;
+mod line_work;
 pub mod mesh;
 mod pick;
 mod polygon;
@@ -38,6 +44,8 @@ mod preview;
 mod queries;
 mod remap;
 mod retrace;
+mod smooth_lines;
+mod smoothed_line;
 mod spline;
 mod surface;
 pub mod testing;
@@ -70,12 +78,16 @@ pub use edit::{
     EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
 };
 pub use edit_queue::PendingEdit;
+pub use line::{LineChanged, LineFailed, LinePlugin, LineSmoothing, LineState, SurfaceLine};
+pub use line_pen::{LineDrawn, LinePen, LinePenPlugin};
+pub use line_source::{LineCommands, LineFitError, LineSource};
 pub use mesh::{MeshReadError, mesh_from, triangle_mesh_from};
-pub use pick::{CurveHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
+pub use pick::{CurveHit, LineHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
 pub use polygon::{ControlPolygon, PolygonPlugin};
 pub use preview::{PreviewKind, TracePreview};
 pub use queries::{SurfaceQueries, SurfaceQueryError, SurfaceView, WorldHit, WorldPlace, WorldWalk};
 pub use retrace::{RetracePlugin, TraceStatistics};
+pub use smoothed_line::{LinePlace, SmoothedLine};
 pub use spline::{SplinePlugin, SplineSource, SplineState, SurfaceSpline};
 pub use surface::{
     BuiltSurface, OnSurface, SplineSurface, SurfaceChanged, SurfaceFailed, SurfaceItems, SurfacePlugin, SurfaceReady,
@@ -93,7 +105,7 @@ pub enum SurfaceSplineSystems {
     Resolve,
     /// Edits are applied.
     Edit,
-    /// Changed segments are traced again.
+    /// Changed segments are traced again, and lines smoothed.
     Trace,
     /// Entities of anchors and handles follow, and control polygons of B-splines.
     Controls,
@@ -118,7 +130,7 @@ fn configure_sets(app: &mut App) {
 #[derive(Resource)]
 struct SetsConfigured;
 
-/// Everything that works without a window: surfaces, splines, documents, edits, traces, picking, dragging, diagnostics,
+/// Everything that works without a window: surfaces, splines, lines, documents, edits, traces, picking, dragging, diagnostics,
 /// gizmos.
 ///
 /// Picking and dragging wait for Bevy's picking plugins, gizmos for its `GizmoPlugin`; where those are missing they do nothing.
@@ -137,9 +149,11 @@ impl PluginGroup for SurfaceSplinePlugins {
             .add(SplinePlugin)
             .add(EditPlugin)
             .add(RetracePlugin)
+            .add(LinePlugin)
             .add(ControlsPlugin)
             .add(PolygonPlugin)
             .add(PickPlugin)
+            .add(LinePenPlugin)
             .add(DragPlugin)
             .add(SplineDiagnosticsPlugin)
             .add(DebugDrawPlugin)

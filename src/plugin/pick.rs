@@ -1,4 +1,4 @@
-//! Picking: surfaces by their BVH, control points and curves by their distance on the screen.
+//! Picking: surfaces by their BVH, control points, curves and lines by their distance on the screen.
 
 use bevy::camera::RenderTarget;
 use bevy::ecs::system::SystemParam;
@@ -12,6 +12,7 @@ use bevy::window::PrimaryWindow;
 
 use super::controls::{ControlKind, ControlPoint, Editable};
 use super::queries::{SurfaceQueries, SurfaceView, WorldHit};
+use super::smoothed_line::{LinePlace, SmoothedLine};
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
 use super::trace::SplineTrace;
@@ -21,7 +22,7 @@ use crate::surface::SurfacePoint;
 /// Something counts as behind the model if that is nearer to the eye by more than this share of the model's diagonal.
 const BEHIND: f32 = 2e-3;
 
-/// How control points and curves are grabbed.
+/// How control points, curves and lines are grabbed.
 #[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Resource, Default, Clone, Debug, PartialEq)]
 pub struct SplinePickingSettings {
@@ -55,9 +56,18 @@ pub struct CurveHit {
     pub point: SurfacePoint,
 }
 
-/// A picking back end for surfaces, control points, and splines with [`Editable`] or `Pickable`.
+/// Extra data of a hit on a line: `hit.extra_as::<LineHit>()`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineHit {
+    /// Length along its [`SmoothedLine`] from its start, in local units.
+    pub distance: f64,
+    /// The place.
+    pub point: SurfacePoint,
+}
+
+/// A picking back end for surfaces, control points, and splines and lines with [`Editable`] or `Pickable`.
 ///
-/// Handles come before anchors, these before curves, these before surfaces (by the order of `PointerHits`: + 0.3, + 0.2, + 0.1
+/// Handles come before anchors, these before curves and lines, these before surfaces (by the order of `PointerHits`: + 0.3, + 0.2, + 0.1
 /// above the camera's); among equals the nearer to the eye.
 ///
 /// Schedule: `PreUpdate`, set `PickingSystems::Backend`. Needs Bevy's `PickingPlugin`; without it nothing runs.
@@ -82,9 +92,11 @@ pub struct Picker<'w, 's> {
     primary_window: Query<'w, 's, Entity, With<PrimaryWindow>>,
     queries: SurfaceQueries<'w, 's>,
     surfaces: Query<'w, 's, Entity, With<BuiltSurface>>,
+    built: Query<'w, 's, &'static BuiltSurface>,
     controls: Query<'w, 's, (Entity, &'static ControlPoint)>,
     splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
     curves: Query<'w, 's, (Entity, &'static SplineTrace, &'static OnSurface), Or<(With<Editable>, With<Pickable>)>>,
+    lines: Query<'w, 's, (Entity, &'static SmoothedLine, &'static OnSurface), Or<(With<Editable>, With<Pickable>)>>,
 }
 
 /// Something that is near enough to a pixel to be grabbed.
@@ -148,6 +160,14 @@ impl Picker<'_, '_> {
         let Some(eye) = Eye::new(self, camera) else { return Vec::new() };
         let mut grabs = self.grabbed_curves(&eye, pixel);
         // Of equals the older first: which one must not depend on what else they are.
+        grabs.sort_by(|a, b| a.0.depth.total_cmp(&b.0.depth).then(a.0.entity.cmp(&b.0.entity)));
+        grabs.into_iter().map(|(grab, hit)| (grab.entity, hit)).collect()
+    }
+
+    /// All lines that can be picked near a pixel, the nearest to the eye first.
+    pub fn lines_under(&self, camera: Entity, pixel: Vec2) -> Vec<(Entity, LineHit)> {
+        let Some(eye) = Eye::new(self, camera) else { return Vec::new() };
+        let mut grabs = self.grabbed_lines(&eye, pixel);
         grabs.sort_by(|a, b| a.0.depth.total_cmp(&b.0.depth).then(a.0.entity.cmp(&b.0.entity)));
         grabs.into_iter().map(|(grab, hit)| (grab.entity, hit)).collect()
     }
@@ -218,12 +238,8 @@ impl Picker<'_, '_> {
         let mut grabs = Vec::new();
         for (entity, trace, on) in &self.curves {
             let Some(view) = self.queries.get(on.0) else { continue };
-            let (centre, radius) = trace.bounds();
-            let centre = view.to_world().transform_point3(centre);
-            if !eye.may_see(centre, view.scale() * radius, pixel, self.settings.grab_radius) {
-                continue;
-            }
-            let Some(local) = eye.nearest_on(trace.pieces(), &view, pixel, self.settings.grab_radius) else { continue };
+            let found = self.near(eye, pixel, &view, trace.bounds(), trace.pieces());
+            let Some(local) = found else { continue };
             let Some(nearest) = trace.nearest(view.surface(), local.as_dvec3()) else { continue };
             let position = view.position(nearest.point);
             if let Some(depth) = self.visible_depth(eye, position) {
@@ -232,6 +248,36 @@ impl Picker<'_, '_> {
             }
         }
         grabs
+    }
+
+    fn grabbed_lines(&self, eye: &Eye, pixel: Vec2) -> Vec<(Grab, LineHit)> {
+        let mut grabs = Vec::new();
+        for (entity, line, on) in &self.lines {
+            let (Some(view), Ok(built)) = (self.queries.get(on.0), self.built.get(on.0)) else { continue };
+            let found = self.near(eye, pixel, &view, line.bounds(), std::iter::once(line.polyline()));
+            let Some(LinePlace { distance, point }) = found.and_then(|local| line.nearest(built, local)) else {
+                continue;
+            };
+            let position = view.position(point);
+            if let Some(depth) = self.visible_depth(eye, position) {
+                grabs.push((Grab { entity, kind: GrabKind::Curve, position, depth }, LineHit { distance, point }));
+            }
+        }
+        grabs
+    }
+
+    /// The position (local) on some polylines in a sphere (local) that appears nearest to a pixel, if it can be grabbed there.
+    fn near<'p>(
+        &self,
+        eye: &Eye,
+        pixel: Vec2,
+        view: &SurfaceView,
+        (centre, radius): (Vec3, f32),
+        polylines: impl Iterator<Item = &'p [Vec3]>,
+    ) -> Option<Vec3> {
+        let (centre, within) = (view.to_world().transform_point3(centre), self.settings.grab_radius);
+        let may_be = eye.may_see(centre, view.scale() * radius, pixel, within);
+        may_be.then(|| eye.nearest_on(polylines, view, pixel, within))?
     }
 
     /// Distance from the near plane to a position, unless a surface hides it.
@@ -328,6 +374,7 @@ fn write_hits(
             let data = match extra {
                 Extra::Surface(hit) => HitData::new_with_extra(camera, depth, position, normal, hit),
                 Extra::Curve(hit) => HitData::new_with_extra(camera, depth, position, normal, hit),
+                Extra::Line(hit) => HitData::new_with_extra(camera, depth, position, normal, hit),
                 Extra::None => HitData::new(camera, depth, position, normal),
             };
             (entity, data)
@@ -343,6 +390,9 @@ fn write_hits(
         if let Some(pixel) = pixel.map(|location| location.position) {
             for (grab, hit) in picker.grabbed_curves(&eye, pixel) {
                 layers[1].1.push(hits(grab.entity, grab.depth, grab.position, None, Extra::Curve(hit)));
+            }
+            for (grab, hit) in picker.grabbed_lines(&eye, pixel) {
+                layers[1].1.push(hits(grab.entity, grab.depth, grab.position, None, Extra::Line(hit)));
             }
             for grab in picker.grabbed_controls(&eye, pixel) {
                 let layer = if grab.kind == GrabKind::Handle { 3 } else { 2 };
@@ -360,4 +410,5 @@ enum Extra {
     None,
     Surface(SurfaceHit),
     Curve(CurveHit),
+    Line(LineHit),
 }

@@ -51,7 +51,7 @@ impl Plugin for RetracePlugin {
 
 /// What is known of the splines' traces besides the traces themselves.
 #[derive(Resource, Default)]
-struct Records {
+pub(crate) struct Records {
     of: EntityHashMap<Record>,
     /// How long traces take, of whatever spline.
     pace: Pace,
@@ -80,7 +80,7 @@ type Splines<'w, 's> = Query<
 >;
 type Surfaces<'w, 's> = Query<'w, 's, (Option<Ref<'static, BuiltSurface>>, Option<&'static SurfaceState>)>;
 
-fn retrace_splines(
+pub(crate) fn retrace_splines(
     commands: Commands,
     mut records: ResMut<Records>,
     mut statistics: ResMut<TraceStatistics>,

@@ -133,7 +133,7 @@ impl SplineSource {
 }
 
 /// The surface points nearest to positions.
-fn nearest_points(surface: &Surface, positions: &[Vec3]) -> Result<Vec<SurfacePoint>, String> {
+pub(crate) fn nearest_points(surface: &Surface, positions: &[Vec3]) -> Result<Vec<SurfacePoint>, String> {
     if let Some(bad) = positions.iter().position(|p| !p.is_finite()) {
         let value = positions[bad];
         return Err(format!("position {bad} is {value}: give finite positions in the surface's local space"));

@@ -109,6 +109,14 @@ impl Polyline {
         Self { positions, pieces: trace.pieces().into(), bounds }
     }
 
+    /// A single piece.
+    pub(crate) fn unbroken(positions: impl Iterator<Item = Vec3>) -> Self {
+        let positions: Arc<[Vec3]> = positions.collect();
+        let bounds = sphere_around(&positions);
+        let pieces = std::iter::once(0..positions.len()).collect();
+        Self { positions, pieces, bounds }
+    }
+
     pub(crate) fn positions(&self) -> &[Vec3] {
         &self.positions
     }

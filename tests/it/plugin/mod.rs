@@ -10,6 +10,7 @@ mod drawings;
 mod jumps;
 #[cfg(feature = "formats")]
 mod large_meshes;
+mod lines;
 mod picks;
 mod previews;
 mod samples;
