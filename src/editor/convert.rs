@@ -23,9 +23,9 @@ pub(crate) struct Convert {
     pub(crate) entities: Vec<Entity>,
 }
 
-/// Lines to which splines are being fitted.
+/// Lines to which splines are being fitted, in the background.
 #[derive(Resource, Default)]
-pub(crate) struct Conversions(Vec<Conversion>);
+pub struct Conversions(Vec<Conversion>);
 
 struct Conversion {
     line: Entity,
@@ -34,7 +34,7 @@ struct Conversion {
 
 impl Conversions {
     /// Whether a spline is being fitted.
-    pub(crate) fn is_busy(&self) -> bool {
+    pub fn is_busy(&self) -> bool {
         !self.0.is_empty()
     }
 }

@@ -32,6 +32,7 @@ mod view;
 pub use actions::EditorAction;
 pub use camera::{Orbit, sphere_around};
 pub use clipboard::Clipboard;
+pub use convert::Conversions;
 pub use curves::{Curve, CurveSpawner};
 pub use documents::{AutosaveSettings, DocumentFile, ExportKind, FileRequest, Question, RecentDocuments};
 pub use history::{History, HistorySystems, PlayHistory};

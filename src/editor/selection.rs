@@ -4,7 +4,7 @@ use bevy::prelude::*;
 
 use super::curves::Curve;
 use crate::curve::{SplineEdit, SplineEnd};
-use crate::plugin::{Editable, SplineEdited, SurfaceSpline, SurfaceSplineSystems};
+use crate::plugin::{Editable, SplineEdited, SurfaceLine, SurfaceSpline, SurfaceSplineSystems};
 
 /// Handles of at most so many splines are shown: more would hide what one looks for.
 const MOST_EDITABLE: usize = 16;
@@ -159,13 +159,16 @@ fn follow_edits(mut selection: ResMut<Selection>, mut edited: MessageReader<Spli
 }
 
 /// Splines and anchors that are gone, hidden or locked are not selected.
-fn forget_missing(mut selection: ResMut<Selection>, splines: Query<(&SurfaceSpline, Option<&Curve>)>) {
+fn forget_missing(
+    mut selection: ResMut<Selection>,
+    splines: Query<(AnyOf<(&SurfaceSpline, &SurfaceLine)>, Option<&Curve>)>,
+) {
     if selection.is_empty() {
         return;
     }
     let count = |spline: Entity| {
         let (found, curve) = splines.get(spline).ok()?;
-        curve.is_none_or(Curve::is_free).then(|| found.anchors().len())
+        curve.is_none_or(Curve::is_free).then(|| found.0.map_or(0, |spline| spline.anchors().len()))
     };
     let mut next = selection.clone();
     next.splines.retain(|spline| count(*spline).is_some());

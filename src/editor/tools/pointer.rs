@@ -11,7 +11,7 @@ use bevy::prelude::*;
 use super::gizmo::{GizmoPart, SelectionGizmo};
 use crate::editor::curves::Curve;
 use crate::editor::input::{Modifiers, PanelInput};
-use crate::plugin::{BuiltSurface, ControlKind, ControlPoint, CurveHit, LinePlace, Picker, SurfaceLine, SurfaceSpline};
+use crate::plugin::{BuiltSurface, ControlKind, ControlPoint, CurveHit, LineHit, Picker, SurfaceLine, SurfaceSpline};
 use crate::surface::SurfacePoint;
 
 /// A press that moves less than this many pixels is a click, as for the plugin's drags.
@@ -27,7 +27,7 @@ pub(crate) enum Target {
     /// A curve.
     Curve { spline: Entity, hit: CurveHit },
     /// A drawn line.
-    Line { line: Entity, place: LinePlace },
+    Line { line: Entity, place: LineHit },
     /// The gizmo of the selection.
     Gizmo(GizmoPart),
     /// The bare surface.
@@ -151,7 +151,7 @@ impl PointerScene<'_, '_> {
         self.picker.curves_under(camera, at).into_iter().filter(|(spline, _)| is_free(*spline)).collect()
     }
 
-    fn lines_under(&self, camera: Entity, at: Vec2) -> Vec<(Entity, LinePlace)> {
+    fn lines_under(&self, camera: Entity, at: Vec2) -> Vec<(Entity, LineHit)> {
         let is_free = |line: Entity| self.lines.get(line).is_ok_and(|curve| curve.is_none_or(Curve::is_free));
         self.picker.lines_under(camera, at).into_iter().filter(|(line, _)| is_free(*line)).collect()
     }
