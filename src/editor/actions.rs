@@ -209,8 +209,8 @@ impl Desk<'_, '_> {
             }
             EditorAction::ToggleSeeThrough => {
                 self.picking.see_through = !self.picking.see_through;
-                let now = if self.picking.see_through { "can be taken through it" } else { "is out of reach" };
-                self.notices.info(format!("What is behind the model {now}."));
+                let now = if self.picking.see_through { "can be selected." } else { "cannot be selected any more." };
+                self.notices.info_instead("What is behind the model ", now);
             }
             EditorAction::ToggleRepairs => self.repairs.0 = !self.repairs.0,
             EditorAction::Transform(mode) => drop(self.transforms.write(BeginTransform(*mode))),

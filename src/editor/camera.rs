@@ -25,7 +25,7 @@ const FINGERS: f32 = 0.6;
 /// The angle of view of the perspective camera, from bottom to top.
 pub(crate) const FIELD_OF_VIEW: f32 = 0.6;
 const NEAREST: f32 = 0.01;
-const FARTHEST: f32 = 60.0;
+const FARTHEST: f32 = 15.0;
 /// How far away a camera without perspective stands.
 const ORTHOGRAPHIC_DISTANCE: f32 = 40.0;
 
@@ -274,7 +274,7 @@ fn strike_keys(
         if let Some((yaw, pitch)) = side {
             orbit.turn_to(yaw, pitch, &mut transform);
         }
-        if side.is_some() || keys.just_pressed(KeyCode::KeyF) {
+        if side.is_some() || keys.any_just_pressed([KeyCode::KeyF, KeyCode::Home]) {
             let selected = || selection.splines().iter().filter_map(|spline| traces.get(*spline).ok());
             let world = selected().flat_map(|(trace, on)| {
                 let view = surfaces.get(on.0);

@@ -4,13 +4,13 @@ use bevy::prelude::*;
 
 /// Selected curves and marks; nothing else has this colour.
 pub const ACCENT: Color = Color::srgb(1.0, 0.56, 0.08);
-/// Curves that are not selected, in turn.
+/// Curves that are not selected, in turn: dark enough to stand out on the clay.
 pub const CURVES: [Color; 5] = [
-    Color::srgb(0.16, 0.75, 0.72),
-    Color::srgb(0.86, 0.36, 0.62),
-    Color::srgb(0.47, 0.72, 0.27),
-    Color::srgb(0.42, 0.55, 0.96),
-    Color::srgb(0.76, 0.65, 0.26),
+    Color::srgb(0.0, 0.48, 0.46),
+    Color::srgb(0.72, 0.12, 0.45),
+    Color::srgb(0.22, 0.5, 0.06),
+    Color::srgb(0.16, 0.28, 0.85),
+    Color::srgb(0.58, 0.42, 0.02),
 ];
 /// Where a line turns to the left, and to the right, as seen from outside.
 pub const LEFT: Color = Color::srgb(0.95, 0.2, 0.25);

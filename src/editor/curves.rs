@@ -29,7 +29,7 @@ pub struct Curve {
 
 impl Curve {
     /// Width of the line of a curve for which nothing else was asked, in logical pixels.
-    pub const WIDTH: f32 = 2.0;
+    pub const WIDTH: f32 = 2.5;
 
     /// Whether tools may touch it.
     pub fn is_free(&self) -> bool {

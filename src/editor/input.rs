@@ -1,5 +1,8 @@
 //! Whose input it is: a panel's or the viewport's.
 
+use bevy::ecs::system::SystemParam;
+use bevy::input::ButtonState;
+use bevy::input::keyboard::KeyboardInput;
 use bevy::prelude::*;
 
 /// What a panel keeps for itself; written by the panel before anybody else looks at the input of the frame.
@@ -34,13 +37,47 @@ pub(crate) struct Modifiers {
     pub(crate) alt: bool,
 }
 
+/// Keys in the order in which they were struck, each with what was held then: in a slow frame that is more than what is held at its end.
+#[derive(SystemParam)]
+pub(crate) struct StruckKeys<'w, 's> {
+    events: MessageReader<'w, 's, KeyboardInput>,
+    held: Local<'s, Vec<KeyCode>>,
+}
+
+impl StruckKeys<'_, '_> {
+    /// What was struck since this was asked last; repeats of a key that is held do not count.
+    pub(crate) fn read(&mut self) -> Vec<(KeyCode, Modifiers)> {
+        let mut struck = Vec::new();
+        for event in self.events.read() {
+            self.held.retain(|key| *key != event.key_code);
+            if event.state == ButtonState::Released {
+                continue;
+            }
+            if !event.repeat {
+                struck.push((event.key_code, Modifiers::among(|key| self.held.contains(&key))));
+            }
+            self.held.push(event.key_code);
+        }
+        struck
+    }
+
+    /// What is held is forgotten where keys may have been let go unseen.
+    pub(crate) fn keep_held(&mut self, keys: &ButtonInput<KeyCode>) {
+        self.held.retain(|key| keys.pressed(*key));
+    }
+}
+
 impl Modifiers {
     pub(crate) fn of(keys: &ButtonInput<KeyCode>) -> Self {
+        Self::among(|key| keys.pressed(key))
+    }
+
+    fn among(held: impl Fn(KeyCode) -> bool) -> Self {
         let command = [KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::SuperLeft, KeyCode::SuperRight];
         Self {
-            control: keys.any_pressed(command),
-            shift: keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]),
-            alt: keys.any_pressed([KeyCode::AltLeft, KeyCode::AltRight]),
+            control: command.into_iter().any(&held),
+            shift: [KeyCode::ShiftLeft, KeyCode::ShiftRight].into_iter().any(&held),
+            alt: [KeyCode::AltLeft, KeyCode::AltRight].into_iter().any(&held),
         }
     }
 }

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::actions::EditorAction;
-use super::input::{Modifiers, keyboard_is_free};
+use super::input::{Modifiers, PanelInput, StruckKeys, ToolKeys, keyboard_is_free};
 use super::tools::transform::TransformMode;
 use super::tools::{Tool, ToolPointer};
 use crate::plugin::DragState;
@@ -106,10 +106,11 @@ pub const BINDINGS: &[Binding] = &[
     key(KeyCode::KeyO, "Ctrl+O", "Open a document, a mesh or a drawing", FILES).control(),
     key(KeyCode::KeyS, "Ctrl+S", "Save", FILES).control().asks(|| EditorAction::Save),
     key(KeyCode::KeyS, "Ctrl+Shift+S", "Save under another name", FILES).control().shift(),
-    key(KeyCode::KeyF, "F", "Frame the selection, or the model", VIEW),
+    key(KeyCode::KeyF, "F, Home", "Frame the selection, or the model", VIEW),
     key(KeyCode::Digit1, "1, 3, 7", "From the front, the right, the top", VIEW),
     key(KeyCode::Digit5, "5", "Orthographic or perspective", VIEW),
-    key(KeyCode::KeyZ, "Z", "Take what is behind the model, or not", VIEW).asks(|| EditorAction::ToggleSeeThrough),
+    key(KeyCode::KeyZ, "Z", "See through: what is behind the model can be selected, or not", VIEW)
+        .asks(|| EditorAction::ToggleSeeThrough),
     key(KeyCode::Tab, "Tab", "Hide or show the panel", PANEL),
     key(KeyCode::F6, "F6", "Take the keyboard to the panel; Escape leaves", PANEL),
     key(KeyCode::F1, "?, F1", "This help", PANEL),
@@ -130,26 +131,31 @@ pub const HINTS: &[Hint] = &[
 ];
 
 pub(crate) fn plugin(app: &mut App) {
-    app.add_systems(Update, strike.run_if(keyboard_is_free));
+    app.add_systems(Update, strike);
 }
 
 fn strike(
-    keys: Res<ButtonInput<KeyCode>>,
+    mut keys: StruckKeys,
+    pressed: Res<ButtonInput<KeyCode>>,
     (drag, pointer): (Res<DragState>, Res<ToolPointer>),
+    (panel, tool): (Res<PanelInput>, Option<Res<ToolKeys>>),
     mut was_held: Local<bool>,
     mut actions: MessageWriter<EditorAction>,
 ) {
+    let struck = keys.read();
+    keys.keep_held(&pressed);
     // What is held ends first; Escape takes it back, and no more than that.
     let held = drag.held().is_some() || pointer.held().is_some();
-    if std::mem::replace(&mut *was_held, held) || held {
+    let was_held = std::mem::replace(&mut *was_held, held);
+    if held || !keyboard_is_free(panel, tool) {
         return;
     }
-    let Modifiers { control, shift, .. } = Modifiers::of(&keys);
-    for struck in keys.get_just_pressed() {
+    for (struck, Modifiers { control, shift, .. }) in struck {
         let key = match struck {
+            KeyCode::Escape | KeyCode::Enter | KeyCode::NumpadEnter if was_held => continue,
             KeyCode::Delete | KeyCode::Backspace => KeyCode::KeyX,
             KeyCode::NumpadEnter => KeyCode::Enter,
-            other => *other,
+            other => other,
         };
         let found = BINDINGS.iter().find(|b| b.key == key && b.control == control && b.shift == shift);
         if let Some(action) = found.and_then(|binding| binding.action) {

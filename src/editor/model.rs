@@ -16,7 +16,7 @@ use super::shading::shaded_mesh;
 use crate::format::document::{Fingerprint, Frame, SurfaceReference};
 use crate::format::{MeshFormat, parse_mesh, read_mesh};
 use crate::plugin::{BuiltSurface, SplineSurface, SurfaceFailed, SurfaceReady};
-use crate::surface::{Surface, SurfaceOptions, TriangleMesh};
+use crate::surface::{Surface, SurfaceOptions, SurfaceReport, TriangleMesh};
 
 const BUNDLED: &[u8] = include_bytes!("../../assets/pebble.obj");
 
@@ -233,11 +233,41 @@ fn take_place(
         .trigger(|entity| ModelOpened { entity });
     let report = surface.report();
     if report.repaired() {
-        let text = format!("{} was repaired: {report}", candidate.model.name);
+        let text = format!("{} was repaired: {}.", candidate.model.name, repairs_in_words(report));
         notices.warn_with(text, "Show where", EditorAction::ToggleRepairs);
     } else if !candidate.model.bundled {
         notices.info(format!("{}: {report}", candidate.model.name));
     }
+}
+
+/// What was done to a mesh, and what that means for curves.
+fn repairs_in_words(report: &SurfaceReport) -> String {
+    let count = |count: usize, one: &str, many: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        count => Some(format!("{count} {many}")),
+    };
+    let done = [
+        count(report.dropped.len(), "face was left out", "faces were left out"),
+        count(report.flipped_faces, "face was turned over", "faces were turned over"),
+        count(
+            report.nonmanifold_edges,
+            "edge has three faces or more and was cut, so curves do not cross it",
+            "edges have three faces or more and were cut, so curves do not cross them",
+        ),
+        count(
+            report.orientation_cuts,
+            "edge was cut to tell the sides apart, so curves do not cross it",
+            "edges were cut to tell the sides apart, so curves do not cross them",
+        ),
+        // Those beside cut edges go with them.
+        count(
+            report.nonmanifold_vertices,
+            "vertex joined separate parts and was split",
+            "vertices joined separate parts and were split",
+        ),
+    ];
+    done.into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
 fn refuse_surface(failed: On<SurfaceFailed>, mut commands: Commands, candidates: Query<&Candidate>) {

@@ -56,6 +56,12 @@ impl Notices {
         self.push(Severity::Info, text.into(), None);
     }
 
+    /// Tells that something happened, instead of what was told in the same first words.
+    pub fn info_instead(&mut self, first: &str, rest: &str) {
+        self.0.retain(|notice| !notice.text.starts_with(first));
+        self.info(format!("{first}{rest}"));
+    }
+
     /// Tells that something is not as one would expect.
     pub fn warn(&mut self, text: impl Into<String>) {
         self.push(Severity::Warning, text.into(), None);

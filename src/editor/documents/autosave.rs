@@ -71,8 +71,24 @@ pub(crate) fn look_for_untitled(settings: Res<AutosaveSettings>, mut files: ResM
     let found = settings.folder.as_ref().and_then(|folder| Autosave::in_folder(folder, None).recovery());
     if let Some(found) = found.filter(|_| settings.enabled) {
         let then = Then::Recover(Found { autosave: found.path, document: None });
-        let text = "A drawing was not saved when the editor ended.".into();
-        files.question = Some(Question { text, yes: "Open it", no: "Throw it away", then });
+        let text = format!(
+            "Curves that were drawn {}were not saved when the editor ended. Opening them shows the model that they are on.",
+            age_of(&then)
+        );
+        files.question = Some(Question { text, yes: "Open them", no: "Throw them away for good", then });
+    }
+}
+
+/// How long ago something was kept, in words.
+fn age_of(then: &Then) -> String {
+    let Then::Recover(found) = then else { return String::new() };
+    let kept = std::fs::metadata(&found.autosave).and_then(|file| file.modified());
+    let Some(age) = kept.ok().and_then(|kept| kept.elapsed().ok()) else { return String::new() };
+    match age.as_secs() / 60 {
+        0 | 1 => "a minute ago ".into(),
+        minutes @ ..60 => format!("{minutes} minutes ago "),
+        minutes @ ..2880 => format!("{} hours ago ", minutes / 60),
+        minutes => format!("{} days ago ", minutes / 1440),
     }
 }
 

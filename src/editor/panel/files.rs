@@ -10,6 +10,7 @@ use bevy_egui::egui;
 use super::theme;
 use crate::editor::documents::{DocumentFile, ExportKind, FileRequest, RecentDocuments};
 use crate::editor::history::History;
+use crate::editor::input::{PanelInput, StruckKeys, ToolKeys, keyboard_is_free};
 
 /// What a file is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -260,26 +261,31 @@ fn browse(purpose: Purpose) -> Task<Option<PathBuf>> {
 
 /// Ctrl+O, Ctrl+Shift+S and the drawing tool ask for a file.
 pub(crate) fn strike(
-    keys: Res<ButtonInput<KeyCode>>,
+    mut keys: StruckKeys,
+    pressed: Res<ButtonInput<KeyCode>>,
+    (panel, tool_keys): (Res<PanelInput>, Option<Res<ToolKeys>>),
     tool: Res<crate::editor::tools::Tool>,
     hand: Res<crate::editor::tools::drawing::DrawingInHand>,
     mut files: Files,
 ) {
-    use crate::editor::input::Modifiers;
     use crate::editor::tools::Tool;
-    if files.requests.is_none() {
+    let struck = keys.read();
+    keys.keep_held(&pressed);
+    if files.requests.is_none() || !keyboard_is_free(panel, tool_keys) {
         return;
     }
-    let Modifiers { control, shift, .. } = Modifiers::of(&keys);
-    if control && keys.just_pressed(KeyCode::KeyO) {
+    let has = |key: KeyCode, control: bool, shift: bool| {
+        struck.iter().any(|(struck, held)| *struck == key && held.control == control && held.shift == shift)
+    };
+    if has(KeyCode::KeyO, true, false) {
         files.dialog.ask(Purpose::Open);
     }
-    if control && shift && keys.just_pressed(KeyCode::KeyS) {
+    if has(KeyCode::KeyS, true, true) {
         files.dialog.ask(Purpose::SaveAs);
     }
     // D again asks for another one.
     let taken = tool.is_changed() && *tool == Tool::Drawing && hand.name().is_none() && !hand.is_busy();
-    let again = *tool == Tool::Drawing && keys.just_pressed(KeyCode::KeyD) && !control;
+    let again = *tool == Tool::Drawing && has(KeyCode::KeyD, false, false);
     let asks = taken || again;
     if asks && !files.dialog.is_open() {
         files.dialog.ask(Purpose::Drawing);

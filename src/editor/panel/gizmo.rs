@@ -71,7 +71,7 @@ fn paint_gizmo(painter: &Painter, gizmo: &Gizmo, taken: impl Fn(GizmoPart) -> bo
     painter.add(egui::Shape::line(spokes, Stroke::new(1.5, Color32::WHITE)));
     if let Some(knob) = gizmo.knob {
         let square = egui::Rect::from_center_size(pos(knob), egui::Vec2::splat(2.0 * KNOB));
-        let fill = Color32::from_rgb(31, 34, 40);
+        let fill = color(GizmoPart::Knob);
         painter.rect(square, CornerRadius::ZERO, fill, stroke(GizmoPart::Knob), StrokeKind::Inside);
     }
     paint_cross(painter, gizmo.middle, false, stroke(GizmoPart::Middle));

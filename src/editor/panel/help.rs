@@ -7,6 +7,9 @@ use crate::editor::keys::{BINDINGS, HINTS};
 
 const SECTIONS: [&str; 5] = ["Tools", "Edit", "Files", "View", "Panel"];
 
+/// Width of the column of keys.
+const LABELS: f32 = 190.0;
+
 /// Shows the overlay; whether it is to stay.
 pub(crate) fn show(ctx: &egui::Context, search: &mut String) -> bool {
     let mut stays = true;
@@ -25,10 +28,15 @@ pub(crate) fn show(ctx: &egui::Context, search: &mut String) -> bool {
                     stays &= !ui.button("×").on_hover_text("Close").clicked();
                 });
             });
-            let height = ctx.viewport_rect().height() - 140.0;
-            egui::ScrollArea::vertical().max_height(height).show(ui, |ui| show_keys(ui, &search.to_lowercase()));
+            let size = ctx.viewport_rect().size() - egui::vec2(80.0, 140.0);
+            ui.set_width(size.x.min(640.0));
+            // As high as with all keys: what is searched must not make the window jump.
+            let keys = egui::ScrollArea::vertical().min_scrolled_height(size.y).max_height(size.y).auto_shrink(false);
+            keys.show(ui, |ui| show_keys(ui, &search.to_lowercase()));
         });
-    stays && !modal.should_close()
+    // Also while the search has the keyboard; a question mark looks for nothing.
+    let closes = ctx.input(|input| input.key_pressed(egui::Key::F1) || input.key_pressed(egui::Key::Escape));
+    stays && !modal.should_close() && !closes && search != "?"
 }
 
 fn show_keys(ui: &mut egui::Ui, search: &str) {
@@ -47,13 +55,13 @@ fn show_keys(ui: &mut egui::Ui, search: &str) {
         found = true;
         ui.add_space(8.0);
         ui.strong(section);
-        egui::Grid::new(section).num_columns(2).min_col_width(190.0).spacing([16.0, 4.0]).show(ui, |ui| {
-            for (label, meaning) in rows {
-                ui.monospace(label);
-                ui.label(meaning);
-                ui.end_row();
-            }
-        });
+        for (label, meaning) in rows {
+            ui.horizontal_top(|ui| {
+                let label = egui::Label::new(egui::RichText::new(label).monospace());
+                ui.add_sized([LABELS, 0.0], label.halign(egui::Align::LEFT));
+                ui.add(egui::Label::new(meaning).wrap());
+            });
+        }
     }
     if !found {
         ui.label("Nothing has this in its name.");

@@ -32,7 +32,9 @@ pub(crate) mod theme;
 use marks::Marks;
 use status::Status;
 
+/// Width of the panel, and at most which share of the window.
 const WIDTH: f32 = 272.0;
+const SHARE: f32 = 0.38;
 
 /// What the panel shows.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
@@ -76,7 +78,7 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(PreUpdate, (before_all, keep_input.before(read_pointer)))
         .init_resource::<files::FileDialog>()
         .init_resource::<curvature::CurvaturePlot>()
-        .add_systems(Update, (strike, files::strike).run_if(keyboard_is_free))
+        .add_systems(Update, (strike.run_if(keyboard_is_free), files::strike))
         .add_systems(EguiPrimaryContextPass, show);
 }
 
@@ -115,10 +117,9 @@ fn strike(
 ) {
     use bevy::input::keyboard::Key;
     // Where the question mark is depends on the keyboard's layout.
-    if keys.just_pressed(KeyCode::F1) || typed.just_pressed(Key::Character("?".into())) {
-        (layout.help, layout.search) = (!layout.help, String::new());
-    } else if keys.just_pressed(KeyCode::Escape) && layout.help {
-        layout.help = false;
+    // While it is open, help closes itself.
+    if !layout.help && (keys.just_pressed(KeyCode::F1) || typed.just_pressed(Key::Character("?".into()))) {
+        (layout.help, layout.search) = (true, String::new());
     }
     if keys.just_pressed(KeyCode::Tab) {
         layout.panel_hidden = !layout.panel_hidden;
@@ -148,13 +149,13 @@ fn show(
     marks::paint(ctx, &marks);
     let hidden = layout.panel_hidden;
     let left = if hidden { window.left() } else { strip::show(ctx, window, &status, &mut actions) };
-    let right = if hidden { window.right() } else { window.right() - WIDTH.min(0.5 * window.width()) };
+    let right = if hidden { window.right() } else { window.right() - WIDTH.min(SHARE * window.width()) };
     let below = egui::Rect::from_min_max(egui::pos2(left, window.top()), egui::pos2(right, window.bottom()));
     let bottom = status::show(ctx, below, &status, files.requests.as_mut());
     if !hidden {
         show_panel(ctx, window, right, &mut layout, (tabs, &mut files), &mut actions);
     }
-    notices::show(ctx, right, &mut notices, &mut actions);
+    notices::show(ctx, left..=right, &mut notices, &mut actions);
     files::show(ctx, &mut files);
     if layout.help {
         layout.help = help::show(ctx, &mut layout.search);

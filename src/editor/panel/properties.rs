@@ -51,10 +51,6 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
     };
     let anchor = properties.selection.anchor().and_then(|i| Some((i, spline.anchors().get(i as usize)?)));
     egui::Grid::new("properties").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
-        scheme::show(ui, spline.scheme(), actions);
-        if !spline.scheme().method.is_b_spline() {
-            show_jumps(ui, spline.jumps(), actions);
-        }
         ui.label("Shape");
         let kind = if spline.is_closed() { "closed" } else { "open" };
         ui.label(format!("{kind}, {} anchors", spline.anchors().len()));
@@ -81,6 +77,14 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &Properties, actions: &mut Mes
     if let (Some((_, anchor)), Ok((model, surface))) = (anchor, model) {
         show_position(ui, model, surface, anchor, actions);
     }
+    ui.add_space(6.0);
+    ui.label(egui::RichText::new("How it is traced").strong());
+    egui::Grid::new("scheme").num_columns(2).spacing([10.0, 6.0]).show(ui, |ui| {
+        scheme::show(ui, spline.scheme(), actions);
+        if !spline.scheme().method.is_b_spline() {
+            show_jumps(ui, spline.jumps(), actions);
+        }
+    });
 }
 
 fn show_jumps(ui: &mut egui::Ui, jumps: JumpPolicy, actions: &mut MessageWriter<EditorAction>) {

@@ -45,12 +45,12 @@ pub(crate) fn show(
     show_tool(ui, scene);
     show_list(ui, layout, scene, actions);
     ui.horizontal(|ui| {
-        if ui.button("+ New spline").on_hover_text("Takes the pen; click on the model").clicked() {
+        if ui.button("+ New curve").on_hover_text("Takes the pen; click on the model").clicked() {
             actions.write(EditorAction::BeginSpline);
         }
     });
     let mut through = scene.picking.see_through;
-    let meaning = "Z: what is behind the model can be taken too";
+    let meaning = "Z: what is behind the model can be selected too";
     if ui.checkbox(&mut through, "See through").on_hover_text(meaning).changed() {
         actions.write(EditorAction::ToggleSeeThrough);
     }

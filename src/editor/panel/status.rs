@@ -6,14 +6,17 @@ use bevy::prelude::*;
 use bevy_egui::egui;
 
 use super::theme;
+use crate::editor::curves::Curve;
 use crate::editor::documents::{DocumentFile, FileRequest};
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
-use crate::editor::tools::Tool;
 use crate::editor::tools::drawing::DrawingInHand;
 use crate::editor::tools::freehand::Freehand;
+use crate::editor::tools::gizmo::GizmoPart;
 use crate::editor::tools::pen::PenStart;
+use crate::editor::tools::pointer::Target;
 use crate::editor::tools::transform::{Active, TransformMode, Transforming};
+use crate::editor::tools::{Tool, ToolPointer};
 
 use super::properties::significant;
 
@@ -28,6 +31,8 @@ pub(crate) struct Status<'w, 's> {
     freehand: Res<'w, Freehand>,
     files: Option<Res<'w, DocumentFile>>,
     hand: Res<'w, DrawingInHand>,
+    pointer: Res<'w, ToolPointer>,
+    curves: Query<'w, 's, &'static Curve>,
     drag: Res<'w, DragState>,
     selection: Res<'w, Selection>,
     models: Query<'w, 's, (), With<Model>>,
@@ -82,13 +87,27 @@ impl Status<'_, '_> {
             };
             return format!("Dragging {what}: release to keep, Escape to take back");
         }
+        if let Some(Target::Gizmo(part)) = self.pointer.hover.map(|moment| moment.target) {
+            return match part {
+                GizmoPart::Ring => "Drag the ring to turn the selection · R by a number",
+                GizmoPart::Knob => "Drag the knob to scale the selection · S by a number",
+                GizmoPart::Middle => "Drag the cross to move the selection · G by a number",
+            }
+            .into();
+        }
         let spline = self.selection.spline().and_then(|entity| self.splines.get(entity).ok());
         match (*self.tool, spline) {
             (Tool::Pen, _) if self.pen.0.is_some() => "Click on the model: the second point · drag for a smooth one",
-            (Tool::Pen, Some(spline)) if !spline.is_closed() => {
-                "Click adds a corner, drag a smooth anchor · click the first anchor to close · Enter ends"
+            (Tool::Pen, _) if self.pen.continues().is_some() => {
+                let curve = self.pen.continues().and_then(|curve| self.curves.get(curve).ok());
+                let name = curve.map_or("the curve", |curve| &curve.name);
+                return format!(
+                    "Continues {name}: click adds a corner, drag a smooth anchor · click its first anchor to close · Enter ends"
+                );
             }
-            (Tool::Pen, _) => "Click on the model to begin a spline, drag for a smooth anchor · Enter ends",
+            (Tool::Pen, _) => {
+                "Click on the model to begin a curve, drag for a smooth anchor; click the last anchor of a curve to continue it"
+            }
             (Tool::Freehand, _) => "Drag on the model to draw; the line becomes a spline · V selects",
             (Tool::Insert, _) => "Click on a curve to add an anchor there · V selects",
             (Tool::Join, Some(_)) => "Click on an anchor to change its join: corner, smooth, mirrored, automatic",

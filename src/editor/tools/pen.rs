@@ -15,9 +15,16 @@ use crate::plugin::{
 };
 use crate::surface::SurfacePoint;
 
-/// Where the pen began: a spline needs two points.
+/// Where the pen is: a first point, as a spline needs two, or a spline that it continues.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PenStart(pub(crate) Option<FirstPoint>);
+pub(crate) struct PenStart(pub(crate) Option<FirstPoint>, Option<Entity>);
+
+impl PenStart {
+    /// The spline that is continued.
+    pub(crate) fn continues(&self) -> Option<Entity> {
+        self.1
+    }
+}
 
 /// The handle that is being pulled out of the last anchor of a spline, beyond which there is no segment yet.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,11 +68,12 @@ pub(crate) struct Desk<'w, 's> {
 
 pub(crate) fn draw(tool: Res<Tool>, pointer: Res<ToolPointer>, drag: Res<DragState>, mut desk: Desk) {
     if *tool != Tool::Pen {
-        if desk.start.0.is_some() {
-            desk.start.0 = None;
-        }
+        desk.start.set_if_neq(PenStart::default());
         desk.let_go(false);
         return;
+    }
+    if tool.is_changed() {
+        desk.take();
     }
     for event in &pointer.events {
         match *event {
@@ -85,9 +93,19 @@ fn draws_on(from: &Moment) -> bool {
 }
 
 impl Desk<'_, '_> {
+    /// The pen is taken: it goes on where the last anchor of a curve is selected, else it begins another one.
+    fn take(&mut self) {
+        let last = self.selection.anchors().last().copied();
+        let continued = last.filter(|(entity, anchor)| {
+            let spline = self.splines.get(*entity).ok().map(|(spline, _)| spline);
+            spline.is_some_and(|spline| !spline.is_closed() && *anchor as usize + 1 == spline.anchors().len())
+        });
+        self.start.set_if_neq(PenStart(None, continued.map(|(entity, _)| entity)));
+    }
+
     /// The open spline that is drawn on.
     fn active(&self) -> Option<(Entity, &Spline)> {
-        let entity = self.selection.spline()?;
+        let entity = self.start.continues()?;
         let spline: &Spline = self.splines.get(entity).ok()?.0;
         (!spline.is_closed()).then_some((entity, spline))
     }
@@ -106,7 +124,10 @@ impl Desk<'_, '_> {
 
     /// A click on the first anchor closes the spline, one on the last cuts its handle.
     fn click_anchor(&mut self, spline: Entity, anchor: u32) {
-        let Some((entity, active)) = self.active().filter(|(entity, _)| *entity == spline) else { return };
+        let Some((entity, active)) = self.active().filter(|(entity, _)| *entity == spline) else {
+            self.continue_at(spline, anchor);
+            return;
+        };
         let last = active.anchors().len().saturating_sub(1) as u32;
         if anchor == 0 && last > 1 {
             self.edits.write(EditSpline::new(entity, SplineEdit::Close).undoable());
@@ -123,6 +144,15 @@ impl Desk<'_, '_> {
         }
     }
 
+    /// A click on the last anchor of another curve continues that.
+    fn continue_at(&mut self, entity: Entity, anchor: u32) {
+        let Ok((spline, _)) = self.splines.get(entity) else { return };
+        if self.start.0.is_none() && !spline.is_closed() && anchor as usize + 1 == spline.anchors().len() {
+            self.start.1 = Some(entity);
+            self.selection.select_anchor(entity, anchor);
+        }
+    }
+
     /// The pen touches the surface: a new anchor, or the beginning of a new spline. Gives the anchor.
     fn add_anchor(&mut self, on: Entity, at: SurfacePoint) -> Option<(Entity, u32)> {
         let is_there = |entity| self.splines.get(entity).is_ok_and(|(_, surface)| surface.0 == on);
@@ -136,7 +166,7 @@ impl Desk<'_, '_> {
         let start = self.start.0.take().filter(|first| first.on == on);
         let Some(first) = start else {
             self.selection.clear();
-            self.start.0 = Some(FirstPoint { on, at, handle: None });
+            *self.start = PenStart(Some(FirstPoint { on, at, handle: None }), None);
             return None;
         };
         match self.new_spline(&first, at) {
@@ -145,6 +175,7 @@ impl Desk<'_, '_> {
                 let entity = curves::spawn(&mut self.commands, on, curve, spline);
                 self.history.note_added("Add spline", entity);
                 self.selection.select_anchor_next(entity, 1);
+                self.start.1 = Some(entity);
                 Some((entity, 1))
             }
             Err(reason) => {
