@@ -27,6 +27,8 @@ pub(crate) struct Case {
     before: LineMetrics,
     after: LineMetrics,
     counts: [u32; 3],
+    /// Whether the line given was kept.
+    kept: bool,
     pub(crate) status: String,
 }
 
@@ -44,6 +46,7 @@ impl Case {
             before: LineMetrics::default(),
             after: LineMetrics::default(),
             counts: [0; 3],
+            kept: false,
             status: String::new(),
         }
     }
@@ -51,6 +54,7 @@ impl Case {
     pub(crate) fn set(&mut self, smoothed: &Smoothed) {
         (self.before, self.after) = (smoothed.before, smoothed.after);
         self.crossings[1] = smoothed.line.crossings().len();
+        self.kept = smoothed.kept;
         self.counts = [smoothed.rounds, smoothed.steps, smoothed.flips];
     }
 
@@ -60,12 +64,13 @@ impl Case {
 
     /// Writes a line of the table; distances in mean edges.
     pub(crate) fn write(&self, out: &mut impl Write, mesh: &str) -> io::Result<()> {
-        let Self { number, kind, boundary, mode, setting, ms, mean, crossings, before, after, counts, status } = self;
+        let Self { number, kind, boundary, mode, setting, ms, mean, crossings, before, after, counts, kept, status } =
+            self;
         let [rounds, steps, flips] = counts;
         writeln!(
             out,
             "\"{mesh}\",{number},{kind:?},{boundary},{mode},{setting},{ms:.4},{},{},{:.9},{:.9},{:.6},{:.6},{:.6},{:.6},\
-             {:.6},{:.6},{:.6},{rounds},{steps},{flips},\"{}\"",
+             {:.6},{:.6},{:.6},{rounds},{steps},{flips},{kept},\"{}\"",
             crossings[0],
             crossings[1],
             before.length,
@@ -119,9 +124,10 @@ impl Table {
 
     /// Counts by kind, and for every setting what was gained for what distance.
     pub(crate) fn print(&self) {
-        let mut kinds: BTreeMap<(Kind, bool), [usize; 3]> = BTreeMap::new();
+        let mut kinds: BTreeMap<(Kind, bool), [usize; 4]> = BTreeMap::new();
         for case in &self.cases {
             let counts = kinds.entry((case.kind, case.boundary)).or_default();
+            counts[3] += usize::from(case.kept && !case.failed());
             counts[if case.failed() {
                 1
             } else if case.status == "collapsed" {
@@ -130,9 +136,11 @@ impl Table {
                 0
             }] += 1;
         }
-        for ((kind, boundary), [passed, failed, collapsed]) in kinds {
+        for ((kind, boundary), [passed, failed, collapsed, kept]) in kinds {
             let place = if boundary { "at a boundary" } else { "inside" };
-            println!("  {kind:?} lines {place}: {passed} passed, {failed} failed, {collapsed} collapsed to a point");
+            println!(
+                "  {kind:?} lines {place}: {passed} passed ({kept} of them left as they were), {failed} failed, {collapsed} collapsed to a point"
+            );
         }
         let mut modes: Vec<(&str, f64)> = self.cases.iter().map(|case| (case.mode, case.setting)).collect();
         modes.dedup();
