@@ -297,9 +297,7 @@ impl Solver {
                 (diagonal[i] + soft * length * length, -gradient[i] - known)
             };
         }
-        for i in first..last {
-            column[i] = free_pair(i, i + 1);
-        }
+        (first..last).zip(&mut column[first..]).for_each(|(i, couple)| *couple = free_pair(i, i + 1));
         if part.cyclic && last > first {
             let seam = free_pair(last, first);
             cyclic(pivot, right, column, step, seam, first..end);

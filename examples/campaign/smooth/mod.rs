@@ -71,6 +71,7 @@ pub(crate) fn campaign(args: &Args) -> Result<ExitCode, Box<dyn Error>> {
             }
         }
         println!("{}: {} lines: {}", mesh.name, lines.len(), found.summary());
+        found.leave_out();
         table.merge(found);
     }
     if let Some(csv) = &mut csv {

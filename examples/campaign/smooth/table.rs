@@ -29,6 +29,8 @@ pub(crate) struct Case {
     counts: [u32; 3],
     /// Whether the line given was kept.
     kept: bool,
+    /// Whether the line shrank to a point by some setting: settings are compared by the same lines.
+    left_out: bool,
     pub(crate) status: String,
 }
 
@@ -47,6 +49,7 @@ impl Case {
             after: LineMetrics::default(),
             counts: [0; 3],
             kept: false,
+            left_out: false,
             status: String::new(),
         }
     }
@@ -64,8 +67,22 @@ impl Case {
 
     /// Writes a line of the table; distances in mean edges.
     pub(crate) fn write(&self, out: &mut impl Write, mesh: &str) -> io::Result<()> {
-        let Self { number, kind, boundary, mode, setting, ms, mean, crossings, before, after, counts, kept, status } =
-            self;
+        let Self {
+            number,
+            kind,
+            boundary,
+            mode,
+            setting,
+            ms,
+            mean,
+            crossings,
+            before,
+            after,
+            counts,
+            kept,
+            status,
+            ..
+        } = self;
         let [rounds, steps, flips] = counts;
         writeln!(
             out,
@@ -96,6 +113,13 @@ pub(crate) struct Table {
 impl Table {
     pub(crate) fn add(&mut self, case: Case) {
         self.cases.push(case);
+    }
+
+    /// Leaves lines out of the comparison that some setting made a point of; for the cases of one mesh.
+    pub(crate) fn leave_out(&mut self) {
+        let lost: Vec<(Kind, usize)> =
+            self.cases.iter().filter(|case| case.status != "ok").map(|case| (case.kind, case.number)).collect();
+        self.cases.iter_mut().for_each(|case| case.left_out = lost.contains(&(case.kind, case.number)));
     }
 
     pub(crate) fn merge(&mut self, other: Self) {
@@ -157,7 +181,7 @@ impl Table {
         for (mode, setting) in modes {
             let of = |value: &dyn Fn(&Case) -> f64, share: f64| {
                 let jagged = |case: &&Case| {
-                    (case.mode, case.setting) == (mode, setting) && case.kind != Kind::Trace && case.status == "ok"
+                    (case.mode, case.setting) == (mode, setting) && case.kind != Kind::Trace && !case.left_out
                 };
                 Times::new(self.cases.iter().filter(jagged).map(value)).quantile(share).unwrap_or(f64::NAN)
             };
