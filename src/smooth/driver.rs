@@ -28,6 +28,8 @@ pub(super) struct Smoother<'a, 'w> {
     pub(super) watch: &'a mut Watch<'w>,
     mean: f64,
     reach: f64,
+    /// Closeness of what holds a closed line of which only the turns are wished.
+    anchor: f64,
 }
 
 impl<'a, 'w> Smoother<'a, 'w> {
@@ -39,7 +41,15 @@ impl<'a, 'w> Smoother<'a, 'w> {
         mean: f64,
         watch: &'a mut Watch<'w>,
     ) -> Self {
-        Self { surface, smoothing, workspace, watch, mean, reach: smoothing.reach.unwrap_or(REACH * mean) }
+        Self {
+            surface,
+            smoothing,
+            workspace,
+            watch,
+            mean,
+            reach: smoothing.reach.unwrap_or(REACH * mean),
+            anchor: ANCHOR,
+        }
     }
 
     /// Smooths the line, into the workspace's strip.
@@ -124,11 +134,24 @@ impl<'a, 'w> Smoother<'a, 'w> {
             _ => None,
         };
         match (self.smoothing.envelope, own) {
-            (None, None) => self.once(None, None),
+            (None, None) => self.anchored(),
             (None, Some(closeness)) => self.held(closeness),
             (Some(Envelope::Hard(far)), None) => self.clamped_within(far, None),
             (Some(Envelope::Hard(far) | Envelope::Soft(far)), _) => self.tethered_within(far, own),
         }
+    }
+
+    /// Without a tether of its own; what holds a closed line holds it closer where it would shrink to a point.
+    fn anchored(&mut self) -> Done {
+        let mut all = self.once(None, None);
+        let holds = matches!(self.smoothing.mode, SmoothingMode::Stencil { scale, .. } if scale > 0.0);
+        while all.collapsed && holds && self.anchor < CLOSENESSES[1] && !self.watch.is_stopped() {
+            self.anchor *= 10.0;
+            let done = self.once(None, None);
+            all.add(Done { collapsed: false, ..done });
+            (all.collapsed, all.met_bound) = (done.collapsed, done.met_bound);
+        }
+        all
     }
 
     /// By a tether; by a closer one where a closed line would shrink to a point.
@@ -241,7 +264,7 @@ impl<'a, 'w> Smoother<'a, 'w> {
                 if given.closed && scale > 0.0 && tether.is_none() && smoothing.iteration == Iteration::Solve {
                     // Turns alone say neither where a closed line is nor how large.
                     engine.hold_alike();
-                    plan.tether = Some(ANCHOR);
+                    plan.tether = Some(self.anchor);
                 }
             }
         }

@@ -12,9 +12,9 @@ use super::{
     plain::Sweeper,
     profile::Profile,
     progress::Watch,
-    solve::{STAGES, Solver},
-    strip::Strip,
-    task::{Task, Tether, UNKNOWN},
+    solve::Solver,
+    strip::{Strip, UNKNOWN},
+    task::{Task, Tether},
     tree::LineTree,
     windows::solve_window,
 };
@@ -24,14 +24,16 @@ use crate::surface::{InnerPoint, Surface};
 
 /// Crossings this near to a vertex, in mean edges, may pass it.
 pub(crate) const NEAR: f64 = 1e-2;
+/// How corners are rounded off at first, in mean edges: crossings that gather at a vertex would stall without.
+const FIRST: [f64; 2] = [0.1, 0.01];
 /// How corners are rounded off while vertices are passed, in mean edges: less when nothing more is to pass.
 const LEVELS: [&[f64]; 3] = [&[1e-2], &[1e-2, 1e-3], &[1e-4]];
+/// How corners are rounded off at the end.
+const LAST: [f64; 3] = [1e-3, 1e-4, 1e-6];
 /// Rounds in which a line may get no shorter.
 const IDLE: u32 = 24;
 /// By how much a line may grow when it passes vertices.
 const GROWTH: f64 = 1e-3;
-/// Steps of one solve.
-const MOST_STEPS: usize = 60;
 /// Turns that may remain while most vertices are passed.
 const COARSELY: f64 = 1e-2;
 /// Turns that may remain before vertices are passed, and at the end.
@@ -58,6 +60,18 @@ pub(crate) struct Plan {
     /// Mean length of a side.
     pub(crate) mean: f64,
     pub(crate) max_rounds: u32,
+}
+
+/// How a strip is solved for.
+struct How {
+    /// Stages of rounding off corners, in mean edges.
+    stages: &'static [f64],
+    /// How far inside their sides crossings begin.
+    inside: f64,
+    /// Turns that may remain.
+    tolerance: f64,
+    /// Whether all crossings look for the nearest stretch of the drawn line, or new ones alone.
+    afresh: bool,
 }
 
 /// What was done.
@@ -111,13 +125,13 @@ pub(crate) struct Engine {
     pub(crate) wished: Vec<f64>,
     pub(crate) bounds: Vec<[f64; 2]>,
     stiffness: Vec<f64>,
-    nearest: Vec<u32>,
     ends: Vec<[bool; 2]>,
     pieces: Vec<[f64; 2]>,
     pub(crate) turns: Vec<(usize, f64)>,
     kept: Strip,
     /// Which crossings are solved for.
     pub(crate) windows: Vec<Range<usize>>,
+    parts: Vec<Range<usize>>,
 }
 
 impl Engine {
@@ -163,18 +177,14 @@ impl Engine {
             }
             let first = done.rounds == 0;
             self.choose_windows(strip, raised || seams > 0);
-            let stages: &[f64] = if first { &STAGES[..2] } else { LEVELS[level] };
+            let how = How {
+                stages: if first { &FIRST } else { LEVELS[level] },
+                inside: if first { INSIDE } else { 0.0 },
+                tolerance: if level == 0 { COARSELY } else { ROUGHLY },
+                afresh: raised,
+            };
             raised = false;
-            self.solve(
-                surface,
-                strip,
-                plan,
-                [stages, &[]],
-                if first { INSIDE } else { 0.0 },
-                if level == 0 { COARSELY } else { ROUGHLY },
-                &mut done,
-                watch,
-            );
+            done.steps += self.solve(surface, strip, plan, &how, watch);
             if plan.profile {
                 // A line that is to turn much may wind itself up beyond a vertex: what was before is better then.
                 let length = strip.length(surface);
@@ -194,7 +204,7 @@ impl Engine {
                 break;
             }
             // Where vertices are passed to and fro, nothing is gained any more.
-            let length = strip.length(surface);
+            let length = self.layout.length(&strip.at);
             if length < shortest * (1.0 - 1e-7) {
                 (shortest, since) = (length, done.rounds);
             } else if done.rounds > since + IDLE {
@@ -233,82 +243,54 @@ impl Engine {
         flipper.flip(surface, metric, strip, layout, &mut rule)
     }
 
-    /// One solve on the strip as it is.
-    #[expect(clippy::too_many_arguments, reason = "the stages of one driver, called from three places in it")]
-    fn solve(
-        &mut self,
-        surface: &Surface,
-        strip: &mut Strip,
-        plan: &Plan,
-        stages: [&[f64]; 2],
-        inside: f64,
-        tolerance: f64,
-        done: &mut Done,
-        watch: &mut Watch<'_>,
-    ) {
+    /// One solve on the strip as it is; gives the steps taken.
+    fn solve(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, how: &How, watch: &mut Watch<'_>) -> u32 {
         self.layout.build(surface, &mut self.metric, strip);
         self.fill_bounds(surface, strip, plan);
-        if inside > 0.0 {
+        if how.inside > 0.0 {
             for (at, [low, high]) in strip.at.iter_mut().zip(&self.bounds) {
-                let room = inside.min(0.5 * (high - low));
+                let room = how.inside.min(0.5 * (high - low));
                 *at = at.clamp(low + room, high - room);
             }
         }
         if plan.profile {
             self.profile.wished(strip, &mut self.wished);
         }
-        self.run_solver(strip, plan, stages, tolerance, done, watch);
+        self.run_solver(strip, plan, how, watch)
     }
 
-    fn run_solver(
-        &mut self,
-        strip: &mut Strip,
-        plan: &Plan,
-        [stages, more]: [&[f64]; 2],
-        tolerance: f64,
-        done: &mut Done,
-        watch: &mut Watch<'_>,
-    ) {
-        let Self { layout, solver, line, wished, bounds, stiffness, nearest, ends, windows, .. } = self;
-        if plan.tether.is_some() {
-            nearest.clear();
-            nearest.resize(strip.len(), UNKNOWN);
+    fn run_solver(&mut self, strip: &mut Strip, plan: &Plan, how: &How, watch: &mut Watch<'_>) -> u32 {
+        let Self { layout, solver, line, wished, bounds, stiffness, ends, windows, parts, .. } = self;
+        let (sees, mut steps) = (watch.sees(), 0);
+        let mut nearest = std::mem::take(&mut strip.near);
+        if how.afresh {
+            nearest.fill(UNKNOWN);
         }
-        for stages in [stages, more] {
-            if stages.is_empty() {
-                continue;
-            }
-            let mut task = Task {
-                layout,
-                turns: if plan.profile { wished } else { &[] },
-                tether: plan.tether.map(|_| Tether { line, stiffness, nearest, steady: false }),
-                bounds,
-                barrier: plan.barrier.map(|reach| (reach, ends.as_slice())),
-                mean: plan.mean,
-                stages,
-                tolerance,
-                most_steps: MOST_STEPS,
-            };
-            let mut at = std::mem::take(&mut strip.at);
-            if watch.sees() {
-                let (steps, _) = solver.run(
-                    &mut task,
-                    0..at.len(),
-                    &mut at,
-                    Some(&mut |at| {
-                        strip.at.clear();
-                        strip.at.extend_from_slice(at);
-                        watch.see(strip);
-                    }),
-                );
-                done.steps += steps as u32;
-            } else {
-                for window in windows.iter_mut() {
-                    done.steps += solve_window(solver, &mut task, window, &mut at, strip.closed);
-                }
-            }
-            strip.at = at;
+        let mut task = Task {
+            layout,
+            turns: if plan.profile { wished } else { &[] },
+            tether: plan.tether.map(|_| Tether { line, stiffness, nearest: &mut nearest, steady: false }),
+            bounds,
+            barrier: plan.barrier.map(|reach| (reach, ends.as_slice())),
+            mean: plan.mean,
+            stages: how.stages,
+            tolerance: how.tolerance,
+            most_steps: 0,
+            settled: false,
+        };
+        let mut at = std::mem::take(&mut strip.at);
+        let closed = strip.closed;
+        let mut show = |at: &[f64]| {
+            strip.at.clear();
+            strip.at.extend_from_slice(at);
+            watch.see(strip);
+        };
+        for window in windows.iter_mut() {
+            let show = sees.then_some(&mut show as &mut dyn FnMut(&[f64]));
+            steps += solve_window(solver, &mut task, window, parts, &mut at, closed, show);
         }
+        (strip.at, strip.near) = (at, nearest);
+        steps
     }
 
     /// What each crossing may be.
@@ -368,7 +350,8 @@ impl Engine {
             }
         }
         self.choose_windows(strip, true);
-        self.run_solver(strip, plan, [&STAGES[2..], &[1e-6]], EXACTLY, done, watch);
+        let how = How { stages: &LAST, inside: 0.0, tolerance: EXACTLY, afresh: true };
+        done.steps += self.run_solver(strip, plan, &how, watch);
         watch.see(strip);
     }
 

@@ -84,6 +84,11 @@ impl Layout {
         leg.offset + to * leg.leave - DVec2::new(0.0, from * leg.enter)
     }
 
+    /// Length of the line, as sides are measured.
+    pub(crate) fn length(&self, at: &[f64]) -> f64 {
+        (0..self.legs.len()).fold(0.0, |sum, j| sum + self.stretch(j, at).length())
+    }
+
     /// The points before and after crossing `i`, in the frame of its side.
     pub(crate) fn around(&self, i: usize, at: &[f64]) -> [DVec2; 2] {
         let (before, after) = (&self.legs[i], self.after(i));

@@ -76,7 +76,7 @@ impl LiveSmoothing {
     /// [`SmoothError`] as of [`smooth`](super::smooth), or if the surface is not the one on which the line was taken up;
     /// [`result`](Self::result) is then as it was.
     pub fn smooth(&mut self, surface: &Surface, closeness: f64) -> Result<&Smoothed, SmoothError> {
-        self.smooth_while(surface, closeness, &mut |_| ControlFlow::Continue(()))
+        self.watched(surface, closeness, &mut Watch::nobody())
     }
 
     /// [`smooth`](Self::smooth), asking after every round whether to go on: the slider may have moved on.
@@ -89,12 +89,16 @@ impl LiveSmoothing {
         closeness: f64,
         go_on: &mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>,
     ) -> Result<&Smoothed, SmoothError> {
+        self.watched(surface, closeness, &mut Watch::asking(go_on))
+    }
+
+    fn watched(&mut self, surface: &Surface, closeness: f64, watch: &mut Watch<'_>) -> Result<&Smoothed, SmoothError> {
         if surface.identity() != self.surface {
             return Err(SmoothError::OtherSurface);
         }
         self.smoothing.mode = SmoothingMode::Tether { closeness };
         self.smoothing.check()?;
-        let done = self.workspace.run(surface, &self.smoothing, &mut Watch::asking(go_on))?;
+        let done = self.workspace.run(surface, &self.smoothing, watch)?;
         self.workspace.give(surface, Some(self.before), done, &mut self.out);
         Ok(&self.out)
     }

@@ -18,6 +18,9 @@ pub(crate) struct Node {
     pub(crate) last: usize,
     /// The turn in the strip laid flat, positive to the left; about a vertex it may exceed π.
     pub(crate) turn: f64,
+    /// By how much the line could be straightened there. That is its turn, but none at a vertex of negative curvature that it
+    /// runs through with at least π on either side: it is straight there already, whatever its share of the angle.
+    pub(crate) fold: f64,
     /// The turn on the surface: at a vertex a share of its total angle, none on the boundary (Polthier & Schmies 1998).
     pub(crate) bend: f64,
 }
@@ -38,7 +41,7 @@ pub(crate) fn find(
         let left = at >= 1.0 - AT_VERTEX;
         if at > AT_VERTEX && !left {
             let turn = layout.turn(i, &strip.at);
-            out.push(Node { first: i, last: i, turn, bend: turn });
+            out.push(Node { first: i, last: i, turn, fold: turn, bend: turn });
             i += 1;
             continue;
         }
@@ -53,7 +56,7 @@ pub(crate) fn find(
         }
         fan.unfold(surface, metric, strip, layout, &Run { first, last: i, vertex, left });
         if fan.radii.iter().any(|r| *r <= 1e-12 * layout.lengths[first]) {
-            out.push(Node { first, last: i, turn: 0.0, bend: 0.0 });
+            out.push(Node { first, last: i, turn: 0.0, fold: 0.0, bend: 0.0 });
             i += 1;
             continue;
         }
@@ -61,7 +64,16 @@ pub(crate) fn find(
         let angle = metric.angle(surface, vertex);
         let right = if left { fan.angle } else { angle - fan.angle };
         let bend = if surface.boundary[vertex as usize] { 0.0 } else { TAU / angle * right - PI };
-        out.push(Node { first, last: i, turn, bend });
+        // To the right with less than π there, to the left likewise; beside a peak maybe both.
+        let (to_right, to_left) = ((right - PI).min(0.0), (PI - (angle - right)).max(0.0));
+        let fold = if surface.boundary[vertex as usize] {
+            0.0
+        } else if -to_right > to_left {
+            to_right
+        } else {
+            to_left
+        };
+        out.push(Node { first, last: i, turn, fold, bend });
         i += 1;
     }
 }

@@ -134,8 +134,8 @@ impl Default for Smoothing {
             barrier: None,
             range: None,
             iteration: Iteration::Solve,
-            max_rounds: 400,
-            max_sweeps: 20_000,
+            max_rounds: 4_000,
+            max_sweeps: 200_000,
         }
     }
 }

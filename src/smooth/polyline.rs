@@ -224,6 +224,7 @@ impl SurfacePolyline {
             strip.at.push(if reversed { 1.0 - crossing.at } else { crossing.at });
             strip.along.push(0.0);
             strip.fixed.push(self.fixed.get(i).copied().unwrap_or(false));
+            strip.near.push(strip::UNKNOWN);
         }
         if !strip.is_regular(surface) {
             let at = self.crossings.first().map_or(self.start.face, |crossing| crossing.face);

@@ -15,12 +15,15 @@ pub struct SmoothProgress {
     pub length: f64,
 }
 
+/// Is asked whether to go on.
+pub(crate) type Ask<'a> = &'a mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>;
+
 /// Who looks on while a line is smoothed.
 pub(crate) struct Watch<'a> {
     /// Sees every line on the way.
     see: Option<&'a mut dyn FnMut(&Strip)>,
     /// Is asked whether to go on.
-    ask: Option<&'a mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>>,
+    ask: Option<Ask<'a>>,
     rounds: u32,
     stopped: bool,
 }
@@ -32,7 +35,7 @@ impl<'a> Watch<'a> {
     }
 
     /// Somebody who may stop it.
-    pub(crate) fn asking(ask: &'a mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>) -> Self {
+    pub(crate) fn asking(ask: Ask<'a>) -> Self {
         Self { ask: Some(ask), ..Self::nobody() }
     }
 

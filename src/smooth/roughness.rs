@@ -62,7 +62,7 @@ impl Engine {
         nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
         let Self { nodes, turns, factors, .. } = self;
         turns.clear();
-        turns.extend(nodes.iter().filter(|node| node.bend.abs() > TURN).map(|node| (node.first, node.bend)));
+        turns.extend(nodes.iter().filter(|node| node.fold.abs() > TURN).map(|node| (node.first, node.fold)));
         let count = turns.len();
         if count == 0 {
             factors.fill(STIFFEST);

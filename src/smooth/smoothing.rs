@@ -112,7 +112,7 @@ pub fn smooth_into(
     smoothing: &Smoothing,
     out: &mut Smoothed,
 ) -> Result<(), SmoothError> {
-    smooth_while(surface, workspace, line, smoothing, out, &mut |_| ControlFlow::Continue(()))
+    smooth_watched(surface, workspace, line, smoothing, out, &mut Watch::nobody())
 }
 
 /// [`smooth_into`], asking `go_on` after every round whether to; for lines so long that somebody waits.
@@ -129,9 +129,20 @@ pub fn smooth_while(
     out: &mut Smoothed,
     go_on: &mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>,
 ) -> Result<(), SmoothError> {
+    smooth_watched(surface, workspace, line, smoothing, out, &mut Watch::asking(go_on))
+}
+
+fn smooth_watched(
+    surface: &Surface,
+    workspace: &mut SmoothWorkspace,
+    line: &SurfacePolyline,
+    smoothing: &Smoothing,
+    out: &mut Smoothed,
+    watch: &mut Watch<'_>,
+) -> Result<(), SmoothError> {
     smoothing.check()?;
     workspace.prepare(surface, line)?;
-    let done = workspace.run(surface, smoothing, &mut Watch::asking(go_on))?;
+    let done = workspace.run(surface, smoothing, watch)?;
     workspace.give(surface, None, done, out);
     Ok(())
 }

@@ -12,15 +12,11 @@ use glam::DVec2;
 
 use super::{
     layout::Layout,
-    task::{Part, Task, Watch, barrier, tangent},
+    task::{Part, Task, Watch, barrier},
 };
 
-/// Stages of rounding off, in mean edges: crossings that gather at a vertex would stall without.
-pub(crate) const STAGES: [f64; 3] = [0.1, 0.01, 0.001];
 /// Below this a stretch is as good as straight and Newton's matrix is taken.
 const NEARLY: f64 = 0.3;
-/// Good enough before the next stage.
-const COARSE: f64 = 1e-2;
 /// Rounds in which crossings are held at their bounds.
 const BOUND_ROUNDS: usize = 4;
 /// A crossing this near to its bound is at it.
@@ -28,7 +24,7 @@ const AT_BOUND: f64 = 1e-9;
 /// Share of its stiffness that a tether has at least along the drawn line.
 const ALONG: f64 = 0.05;
 /// Steps in which crossings look for the nearest stretch of the drawn line.
-const UNSTEADY: usize = 6;
+const UNSTEADY: usize = 3;
 /// Tries of ever shorter steps.
 const HALVINGS: usize = 20;
 
@@ -37,6 +33,7 @@ const HALVINGS: usize = 20;
 pub(crate) struct Solver {
     units: Vec<DVec2>,
     lengths: Vec<f64>,
+    inverses: Vec<f64>,
     /// ⟨nᵢ, eᵢ⟩ times twice the sine of half the wished turn.
     bending: Vec<f64>,
     gradient: Vec<f64>,
@@ -46,6 +43,8 @@ pub(crate) struct Solver {
     beside: Vec<f64>,
     step: Vec<f64>,
     held: Vec<bool>,
+    /// What is left of a crossing's turn, or of its way; nothing where it is held.
+    pub(crate) residual: Vec<f64>,
     moved: Vec<f64>,
     factor: Vec<f64>,
     column: Vec<f64>,
@@ -80,11 +79,11 @@ impl Solver {
             let Some(&rounding) = task.stages.get(stage) else { break };
             let rounding = rounding * task.mean;
             if let Some(tether) = &mut task.tether {
-                tether.steady = step >= UNSTEADY;
+                tether.steady = task.settled || step >= UNSTEADY;
             }
             left = self.look(task, &part, at, rounding);
             let last = stage + 1 == task.stages.len();
-            if left < if last { task.tolerance } else { COARSE.max(task.tolerance) } {
+            if left < task.tolerance_of(last) {
                 if last {
                     return (step, left);
                 }
@@ -127,6 +126,7 @@ impl Solver {
             &mut self.diagonal,
             &mut self.beside,
             &mut self.step,
+            &mut self.residual,
             &mut self.moved,
             &mut self.factor,
             &mut self.column,
@@ -135,6 +135,7 @@ impl Solver {
         self.held.resize(n, false);
         self.units.resize(n + 1, DVec2::ZERO);
         self.lengths.resize(n + 1, 0.0);
+        self.inverses.resize(n + 1, 0.0);
     }
 
     /// Directions and forces; holds what is pressed against its bound, and gives the largest turn that is left elsewhere.
@@ -142,8 +143,8 @@ impl Solver {
         for j in part.legs.clone() {
             let d = task.layout.stretch(j, at);
             let length = (d.length_squared() + rounding * rounding).sqrt();
-            self.lengths[j] = length;
-            self.units[j] = d / length;
+            let inverse = 1.0 / length;
+            (self.lengths[j], self.inverses[j], self.units[j]) = (length, inverse, d * inverse);
         }
         self.forces(task, part, at);
         let mut left = 0.0_f64;
@@ -152,10 +153,10 @@ impl Solver {
             let still = high - low <= 0.0 || length <= 1e-12 * task.mean;
             let (g, t) = (self.gradient[i], at[i]);
             self.held[i] = still || (t <= low + AT_BOUND && g > 0.0) || (t >= high - AT_BOUND && g < 0.0);
-            if !self.held[i] {
-                // A turn, or what is left of the way to where a stiff tether leads, in mean edges.
-                left = left.max(g.abs() * length / (length * length + self.stiff[i] * task.mean));
-            }
+            // A turn, or what is left of the way to where a stiff tether leads, in mean edges.
+            let off = g.abs() * length / (length * length + self.stiff[i] * task.mean);
+            self.residual[i] = if self.held[i] { 0.0 } else { off };
+            left = left.max(self.residual[i]);
         }
         left
     }
@@ -191,9 +192,9 @@ impl Solver {
                 tether.nearest[i] = near.stretch as u32;
                 let share = 0.5 * (self.lengths[i] + self.lengths[layout.after(i)]) * tether.stiffness[near.stretch];
                 let side = layout.extents[i];
-                let (squared, along) = (side.length_squared(), side.dot(tangent(tether.line, near.stretch)));
+                let (squared, along) = (side.length_squared(), tether.line.squared_along(near.stretch, side));
                 self.pull[i] = share * (place - near.place).dot(side);
-                let across = if near.at_end { squared } else { (squared - along * along).max(ALONG * squared) };
+                let across = if near.at_end { squared } else { (squared - along).max(ALONG * squared) };
                 self.stiff[i] = share * across;
                 self.gradient[i] += self.pull[i];
             }
@@ -218,7 +219,7 @@ impl Solver {
         for j in part.legs.clone() {
             let leg = &layout.legs[j];
             let [from, to] = part.ends(j);
-            let (u, inverse) = (self.units[j], 1.0 / self.lengths[j]);
+            let (u, inverse) = (self.units[j], self.inverses[j]);
             let newton = if from.is_some_and(rough) || to.is_some_and(rough) { 0.0 } else { 1.0 };
             let product = |a: DVec2, b: DVec2| (a.dot(b) - newton * a.dot(u) * b.dot(u)) * inverse;
             let enter = DVec2::new(0.0, leg.enter);
@@ -282,7 +283,6 @@ impl Solver {
         let free_pair = |i: usize, j: usize| if held[i] || held[j] { 0.0 } else { beside[i] };
         let soft = (damping + 1e-10) / task.mean;
         for i in part.range.clone() {
-            column[i] = 0.0;
             (pivot[i], right[i]) = if held[i] {
                 (1.0, step[i])
             } else {
@@ -297,31 +297,12 @@ impl Solver {
                 (diagonal[i] + soft * length * length, -gradient[i] - known)
             };
         }
-        // The last unknown is coupled to its neighbour and, of a closed line, to the first one: a column of its own.
-        if last > first {
-            if part.cyclic {
-                column[first] = free_pair(last, first);
-            }
-            column[last - 1] += free_pair(last - 1, last);
-        }
-        for i in first..last {
-            let inverse = 1.0 / pivot[i];
-            if i + 1 < last {
-                let by = free_pair(i, i + 1);
-                let f = by * inverse;
-                pivot[i + 1] -= f * by;
-                right[i + 1] -= f * right[i];
-                column[i + 1] -= f * column[i];
-            }
-            let f = column[i] * inverse;
-            pivot[last] -= f * column[i];
-            right[last] -= f * right[i];
-            pivot[i] = inverse;
-        }
-        step[last] = right[last] / pivot[last].max(1e-300);
-        for i in (first..last).rev() {
-            let by = if i + 1 < last { free_pair(i, i + 1) * step[i + 1] } else { 0.0 };
-            step[i] = (right[i] - by - column[i] * step[last]) * pivot[i];
+        (first..last).zip(&mut column[first..]).for_each(|(i, couple)| *couple = free_pair(i, i + 1));
+        if part.cyclic && last > first {
+            let seam = free_pair(last, first);
+            cyclic(pivot, right, column, step, seam, first..end);
+        } else {
+            from_both_ends(pivot, right, column, step, first..end);
         }
     }
 
@@ -352,5 +333,98 @@ impl Solver {
         }
         at[part.range.clone()].copy_from_slice(&self.moved[part.range.clone()]);
         false
+    }
+}
+
+/// Solves a tridiagonal system from both ends towards the middle: two chains of divisions that do not wait for each other.
+fn from_both_ends(pivot: &mut [f64], right: &mut [f64], couple: &[f64], step: &mut [f64], range: Range<usize>) {
+    let Range { start: first, end } = range;
+    let half = (end - first - 1) / 2;
+    let middle = first + half;
+    for k in 0..end - 1 - middle {
+        let (i, j) = (first + k, end - 1 - k);
+        let (a, b) = (1.0 / pivot[i], 1.0 / pivot[j]);
+        if k < half {
+            let f = couple[i] * a;
+            pivot[i + 1] -= f * couple[i];
+            right[i + 1] -= f * right[i];
+            pivot[i] = a;
+        }
+        let f = couple[j - 1] * b;
+        pivot[j - 1] -= f * couple[j - 1];
+        right[j - 1] -= f * right[j];
+        pivot[j] = b;
+    }
+    step[middle] = right[middle] / pivot[middle];
+    for k in 1..end - middle {
+        let j = middle + k;
+        step[j] = (right[j] - couple[j - 1] * step[j - 1]) * pivot[j];
+        if k <= half {
+            let i = middle - k;
+            step[i] = (right[i] - couple[i] * step[i + 1]) * pivot[i];
+        }
+    }
+}
+
+/// Solves a tridiagonal system whose last unknown is coupled to the first one too: with a column of its own.
+fn cyclic(pivot: &mut [f64], right: &mut [f64], couple: &[f64], step: &mut [f64], seam: f64, range: Range<usize>) {
+    let (first, last) = (range.start, range.end - 1);
+    // What couples a crossing to the last one.
+    let mut to_last = seam;
+    for i in first..last {
+        let inverse = 1.0 / pivot[i];
+        let by = couple[i];
+        let own = if i + 1 == last { to_last + by } else { to_last };
+        if i + 1 < last {
+            let f = by * inverse;
+            pivot[i + 1] -= f * by;
+            right[i + 1] -= f * right[i];
+            to_last = -f * own;
+        }
+        let f = own * inverse;
+        pivot[last] -= f * own;
+        right[last] -= f * right[i];
+        (pivot[i], step[i]) = (inverse, own);
+    }
+    step[last] = right[last] / pivot[last];
+    let end = step[last];
+    for i in (first..last).rev() {
+        let by = if i + 1 < last { couple[i] * step[i + 1] } else { 0.0 };
+        step[i] = (right[i] - by - step[i] * end) * pivot[i];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::smooth::tests::Random;
+
+    /// Solutions put back into their systems give the right sides.
+    #[test]
+    fn systems_are_solved() {
+        let mut random = Random(41);
+        for n in 1..40 {
+            for seam in [false, true] {
+                if seam && n < 3 {
+                    continue;
+                }
+                let couple: Vec<f64> = (0..n).map(|_| random.next() - 0.5).collect();
+                let diagonal: Vec<f64> = (0..n).map(|_| 1.1 + random.next()).collect();
+                let right: Vec<f64> = (0..n).map(|_| random.next() - 0.5).collect();
+                let (mut pivot, mut worked, mut step) = (diagonal.clone(), right.clone(), vec![0.0; n]);
+                let at_seam = if seam { couple[n - 1] } else { 0.0 };
+                if seam {
+                    cyclic(&mut pivot, &mut worked, &couple, &mut step, at_seam, 0..n);
+                } else {
+                    from_both_ends(&mut pivot, &mut worked, &couple, &mut step, 0..n);
+                }
+                for i in 0..n {
+                    let mut sum = diagonal[i] * step[i] - right[i];
+                    sum += if i + 1 < n { couple[i] * step[i + 1] } else { at_seam * step[0] };
+                    sum += if i > 0 { couple[i - 1] * step[i - 1] } else { at_seam * step[n - 1] };
+                    assert!(sum.abs() < 1e-13, "{n} {seam} {i}: {sum:e}");
+                }
+            }
+        }
     }
 }

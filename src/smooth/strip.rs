@@ -24,7 +24,12 @@ pub(crate) struct Strip {
     pub(crate) along: Vec<f64>,
     /// Crossings that stay where they are.
     pub(crate) fixed: Vec<bool>,
+    /// The stretch of a drawn line that is nearest, if it was looked up; [`UNKNOWN`] of new crossings.
+    pub(crate) near: Vec<u32>,
 }
+
+/// In place of the nearest stretch: not looked up yet.
+pub(crate) const UNKNOWN: u32 = u32::MAX;
 
 /// Some crossings in a row that a vertex has in common, at the same end: a fan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,15 +51,17 @@ impl Strip {
         self.at.clear();
         self.along.clear();
         self.fixed.clear();
+        self.near.clear();
     }
 
     pub(crate) fn copy_from(&mut self, other: &Self) {
-        let Self { closed, start, end, sides, at, along, fixed } = other;
+        let Self { closed, start, end, sides, at, along, fixed, near } = other;
         (self.closed, self.start, self.end) = (*closed, *start, *end);
         self.sides.clone_from(sides);
         self.at.clone_from(at);
         self.along.clone_from(along);
         self.fixed.clone_from(fixed);
+        self.near.clone_from(near);
     }
 
     /// Adds a crossing; one that leads back to the face just left takes that one away instead.
@@ -68,18 +75,25 @@ impl Strip {
             self.at.pop();
             self.along.pop();
             self.fixed.pop();
+            self.near.pop();
             return false;
         }
         self.sides.push(side);
         self.at.push(at);
         self.along.push(along);
         self.fixed.push(fixed);
+        self.near.push(UNKNOWN);
         held
     }
 
     /// Adds crossing `i` of another strip.
     pub(crate) fn push_from(&mut self, surface: &Surface, other: &Self, i: usize) -> bool {
-        self.push(surface, other.sides[i], other.at[i], other.along[i], other.fixed[i])
+        let count = self.len();
+        let held = self.push(surface, other.sides[i], other.at[i], other.along[i], other.fixed[i]);
+        if let (true, Some(near)) = (self.len() > count, self.near.last_mut()) {
+            *near = other.near[i];
+        }
+        held
     }
 
     /// Takes away what leads there and back at the seam of a closed line.
@@ -98,10 +112,12 @@ impl Strip {
             self.at.truncate(n - cut);
             self.along.truncate(n - cut);
             self.fixed.truncate(n - cut);
+            self.near.truncate(n - cut);
             self.sides.drain(..cut);
             self.at.drain(..cut);
             self.along.drain(..cut);
             self.fixed.drain(..cut);
+            self.near.drain(..cut);
         }
     }
 
@@ -131,6 +147,7 @@ impl Strip {
         self.at.drain(..skip);
         self.along.drain(..skip);
         self.fixed.drain(..skip);
+        self.near.drain(..skip);
         while let Some(&h) = self.sides.last()
             && on_side(&self.end, surface.twin(h))
             && self.fixed.last() == Some(&false)
@@ -141,6 +158,7 @@ impl Strip {
             self.at.pop();
             self.along.pop();
             self.fixed.pop();
+            self.near.pop();
         }
     }
 
@@ -150,6 +168,7 @@ impl Strip {
         self.at.rotate_left(first);
         self.along.rotate_left(first);
         self.fixed.rotate_left(first);
+        self.near.rotate_left(first);
     }
 
     /// The vertex at one end of a crossed side.
@@ -256,7 +275,7 @@ impl Strip {
                 }
                 _ => self.start.face == self.end.face,
             };
-        let lengths = [self.at.len(), self.along.len(), self.fixed.len()] == [n; 3];
+        let lengths = [self.at.len(), self.along.len(), self.fixed.len(), self.near.len()] == [n; 4];
         joined && ends && lengths && (!self.closed || n >= 3) && self.at.iter().all(|t| (0.0..=1.0).contains(t))
     }
 }

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use super::{layout::Layout, strip::UNKNOWN, tree::LineTree};
 
-use super::{layout::Layout, tree::LineTree};
+/// Good enough before the next stage.
+const COARSE: f64 = 1e-2;
 
 /// A tether to a drawn line.
 #[derive(Debug)]
@@ -17,9 +18,6 @@ pub(crate) struct Tether<'a> {
     /// Whether stretches stay: set after some steps, so that a crossing does not go to and fro between two of them.
     pub(crate) steady: bool,
 }
-
-/// In place of the nearest stretch: not looked up yet.
-pub(crate) const UNKNOWN: u32 = u32::MAX;
 
 impl Tether<'_> {
     /// Finds the nearest stretches of some crossings of which they are not known.
@@ -53,6 +51,15 @@ pub(crate) struct Task<'a> {
     /// The largest remaining turn.
     pub(crate) tolerance: f64,
     pub(crate) most_steps: usize,
+    /// Whether crossings keep their nearest stretches from the first step on.
+    pub(crate) settled: bool,
+}
+
+impl Task<'_> {
+    /// The largest turn that may remain after a stage.
+    pub(crate) fn tolerance_of(&self, last: bool) -> f64 {
+        if last { self.tolerance } else { COARSE.max(self.tolerance) }
+    }
 }
 
 /// Sees the crossings after every step.
@@ -90,14 +97,6 @@ impl Part {
     #[inline]
     pub(crate) fn before(&self, i: usize) -> Option<usize> {
         if i > self.range.start { Some(i - 1) } else { self.cyclic.then(|| self.range.end - 1) }
-    }
-}
-
-/// Direction of a stretch of a line.
-pub(crate) fn tangent(line: &LineTree, stretch: usize) -> DVec3 {
-    match line.points().get(stretch..stretch + 2) {
-        Some([a, b]) => (*b - *a).normalize_or_zero(),
-        _ => DVec3::ZERO,
     }
 }
 

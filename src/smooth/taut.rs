@@ -4,7 +4,7 @@ use super::{
     SmoothWorkspace,
     driver::Smoother,
     engine::{Done, Plan},
-    strip::{Strip, share_on, turn_into},
+    strip::{Strip, UNKNOWN, share_on, turn_into},
 };
 use crate::geodesic::inner::InnerPath;
 use crate::surface::{InnerPoint, Surface};
@@ -86,5 +86,7 @@ fn set_path(surface: &Surface, strip: &mut Strip, path: &InnerPath) {
     strip.at.clone_from(&path.at);
     strip.fixed.clear();
     strip.fixed.resize(path.strip.len(), false);
+    strip.near.clear();
+    strip.near.resize(path.strip.len(), UNKNOWN);
     strip.measure(surface);
 }

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 /// Stretches in a leaf.
 const LEAF: usize = 4;
-/// Most levels of a tree of 2³² stretches, and a stack that always suffices.
-const DEPTH: usize = 64;
+/// A stack that suffices for a tree of 2³² stretches, gone through depth first.
+const DEPTH: usize = 34;
 
 /// The nearest place of a line to a position.
 #[derive(Clone, Copy, Debug)]
@@ -17,11 +17,21 @@ pub(crate) struct Near {
     pub(crate) at_end: bool,
 }
 
+/// A stretch of a line.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    from: DVec3,
+    way: DVec3,
+    /// One over its squared length; nothing where it has none.
+    inverse: f64,
+}
+
 /// A line in space with a tree of boxes over its stretches, which are near one another because they follow one another: the
 /// tree halves ranges and permutes nothing.
 #[derive(Debug, Default)]
 pub(crate) struct LineTree {
     points: Vec<DVec3>,
+    stretches: Vec<Stretch>,
     /// In heap order: node k covers half of what node k / 2 does. Boxes of nodes that cover nothing are inside out.
     boxes: Vec<[DVec3; 2]>,
     leaves: usize,
@@ -32,7 +42,13 @@ impl LineTree {
     pub(crate) fn build(&mut self, points: &[DVec3]) {
         self.points.clear();
         self.points.extend_from_slice(points);
-        let stretches = points.len().saturating_sub(1);
+        self.stretches.clear();
+        self.stretches.extend(points.windows(2).map(|pair| {
+            let way = pair[1] - pair[0];
+            let squared = way.length_squared();
+            Stretch { from: pair[0], way, inverse: if squared > f64::MIN_POSITIVE { 1.0 / squared } else { 0.0 } }
+        }));
+        let stretches = self.stretches.len();
         self.leaves = stretches.div_ceil(LEAF).max(1).next_power_of_two();
         let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         self.boxes.clear();
@@ -53,6 +69,7 @@ impl LineTree {
 
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.points.clone_from(&other.points);
+        self.stretches.clone_from(&other.stretches);
         self.boxes.clone_from(&other.boxes);
         self.leaves = other.leaves;
     }
@@ -62,15 +79,22 @@ impl LineTree {
     }
 
     fn stretches(&self) -> usize {
-        self.points.len().saturating_sub(1)
+        self.stretches.len()
+    }
+
+    /// The squared length of the part of a vector that points along a stretch.
+    #[inline]
+    pub(crate) fn squared_along(&self, stretch: usize, vector: DVec3) -> f64 {
+        self.stretches.get(stretch).map_or(0.0, |s| s.way.dot(vector).powi(2) * s.inverse)
     }
 
     /// The nearest place on some stretches.
+    #[inline]
     fn on(&self, p: DVec3, first: usize, end: usize, best: &mut Option<(f64, Near)>) {
-        for k in first..end {
-            let (a, way) = (self.points[k], self.points[k + 1] - self.points[k]);
-            let share = ((p - a).dot(way) / way.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            let place = a + share * way;
+        let Some(stretches) = self.stretches.get(first..end) else { return };
+        for (k, Stretch { from, way, inverse }) in (first..).zip(stretches) {
+            let share = ((p - *from).dot(*way) * inverse).clamp(0.0, 1.0);
+            let place = *from + share * *way;
             let squared = p.distance_squared(place);
             if best.is_none_or(|(least, _)| squared < least) {
                 *best =
@@ -79,37 +103,62 @@ impl LineTree {
         }
     }
 
-    /// The nearest place near a stretch that was nearest before: right for small moves, never nearer than the nearest.
+    /// The nearest place near a stretch that was nearest before, its distance left out: right for small moves.
     pub(crate) fn near(&self, p: DVec3, stretch: usize) -> Option<Near> {
         let mut best = None;
         self.on(p, stretch.saturating_sub(1), (stretch + 2).min(self.stretches()), &mut best);
-        best.map(|(squared, near)| Near { distance: squared.sqrt(), ..near })
+        best.map(|(_, near)| near)
     }
 
-    /// The nearest place of one stretch.
+    /// The nearest place of one stretch, its distance left out.
     pub(crate) fn of(&self, p: DVec3, stretch: usize) -> Option<Near> {
         let mut best = None;
         self.on(p, stretch, (stretch + 1).min(self.stretches()), &mut best);
+        best.map(|(_, near)| near)
+    }
+
+    /// The nearest place; a stretch that may be near saves most of the work: from there the tree is climbed.
+    pub(crate) fn nearest(&self, p: DVec3, hint: Option<usize>) -> Option<Near> {
+        let mut best = None;
+        match hint.filter(|hint| *hint < self.stretches()) {
+            None => self.search(p, 1, &mut best),
+            Some(hint) => {
+                let mut node = self.leaves + hint / LEAF;
+                self.in_leaf(p, node, &mut best);
+                while node > 1 {
+                    self.search(p, node ^ 1, &mut best);
+                    node >>= 1;
+                }
+            }
+        }
         best.map(|(squared, near)| Near { distance: squared.sqrt(), ..near })
     }
 
-    /// The nearest place; a stretch that may be near saves work.
-    pub(crate) fn nearest(&self, p: DVec3, hint: Option<usize>) -> Option<Near> {
-        let mut best = None;
-        if let Some(hint) = hint {
-            self.on(p, hint.min(self.stretches()), (hint + 1).min(self.stretches()), &mut best);
+    #[inline]
+    fn in_leaf(&self, p: DVec3, node: usize, best: &mut Option<(f64, Near)>) {
+        let first = (node - self.leaves) * LEAF;
+        self.on(p, first, (first + LEAF).min(self.stretches()), best);
+    }
+
+    /// Looks for something nearer below a node.
+    fn search(&self, p: DVec3, node: usize, best: &mut Option<(f64, Near)>) {
+        let is_near = |beyond: f64, best: &Option<(f64, Near)>| {
+            beyond.is_finite() && best.is_none_or(|(least, _)| beyond < least)
+        };
+        let beyond = self.boxes.get(node).map_or(f64::INFINITY, |_| self.beyond(p, node));
+        if !is_near(beyond, best) {
+            return;
         }
-        let mut stack = [(0.0, 1_usize); DEPTH];
-        let mut height = usize::from(self.stretches() > 0);
+        let mut stack = [(beyond, node); DEPTH];
+        let mut height = 1;
         while height > 0 {
             height -= 1;
             let (beyond, node) = stack[height];
-            if best.is_some_and(|(least, _)| beyond >= least) {
+            if !is_near(beyond, best) {
                 continue;
             }
             if node >= self.leaves {
-                let first = (node - self.leaves) * LEAF;
-                self.on(p, first, (first + LEAF).min(self.stretches()), &mut best);
+                self.in_leaf(p, node, best);
                 continue;
             }
             let mut children = [2 * node, 2 * node + 1].map(|k| (self.beyond(p, k), k));
@@ -117,13 +166,12 @@ impl LineTree {
                 children.swap(0, 1);
             }
             for child in children {
-                if child.0.is_finite() && height < DEPTH {
+                if is_near(child.0, best) && height < DEPTH {
                     stack[height] = child;
                     height += 1;
                 }
             }
         }
-        best.map(|(squared, near)| Near { distance: squared.sqrt(), ..near })
     }
 
     /// Squared distance from a box.

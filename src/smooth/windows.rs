@@ -2,10 +2,24 @@
 
 use std::ops::Range;
 
-use super::{engine::Engine, solve::Solver, strip::Strip, task::Task};
+use super::{
+    engine::Engine,
+    solve::Solver,
+    strip::Strip,
+    task::{Task, Watch},
+};
 
 /// Crossings on either side of new ones that are solved for with them.
 const MARGIN: usize = 12;
+/// Steps for all crossings of a window together, before those that are not where they should be are solved for alone.
+const TOGETHER: usize = 3;
+/// Steps of such a part, and how often parts are looked for.
+const APART: usize = 12;
+const SEARCHES: usize = 16;
+/// Crossings on either side of a part that are solved for with it, at first.
+const BESIDE: usize = 3;
+/// From this search on crossings keep their nearest stretches.
+const SETTLED: usize = 2;
 
 impl Engine {
     /// What is to be solved for: all, or what is about the crossings that are new.
@@ -42,8 +56,10 @@ pub(crate) fn solve_window(
     solver: &mut Solver,
     task: &mut Task<'_>,
     window: &mut Range<usize>,
+    parts: &mut Vec<Range<usize>>,
     at: &mut [f64],
     closed: bool,
+    mut watch: Option<Watch<'_>>,
 ) -> u32 {
     let n = at.len();
     let Range { mut start, mut end } = window.clone();
@@ -56,7 +72,7 @@ pub(crate) fn solve_window(
         if let Some(tether) = &mut task.tether {
             tether.look_up(task.layout, around, at);
         }
-        steps += solver.run(task, start..end, at, None).0 as u32;
+        steps += settle(solver, task, start..end, parts, at, closed, watch.as_mut().map(|w| &mut **w as Watch<'_>));
         let [before, after] = [start.saturating_sub(1)..start, end..(end + 1).min(n - usize::from(closed))];
         let mut more = false;
         if (start, end) != (0, n) {
@@ -74,6 +90,73 @@ pub(crate) fn solve_window(
         if !more {
             *window = start..end;
             return steps;
+        }
+    }
+}
+
+/// Goes through the stages: some steps for the whole range, then for what is not yet where it should be. Most crossings are after a few
+/// steps; waiting for the last ones with all the others would be most of the work.
+fn settle(
+    solver: &mut Solver,
+    task: &mut Task<'_>,
+    range: Range<usize>,
+    parts: &mut Vec<Range<usize>>,
+    at: &mut [f64],
+    closed: bool,
+    mut watch: Option<Watch<'_>>,
+) -> u32 {
+    let (stages, tolerance, n) = (task.stages, task.tolerance, at.len());
+    let mut steps = 0;
+    for (k, stage) in stages.iter().enumerate() {
+        (task.stages, task.tolerance) = (std::slice::from_ref(stage), task.tolerance_of(k + 1 == stages.len()));
+        let mut run = |solver: &mut Solver, task: &mut Task<'_>, part: Range<usize>, at: &mut [f64]| {
+            steps += solver.run(task, part, at, watch.as_mut().map(|w| &mut **w as Watch<'_>)).0 as u32;
+        };
+        task.most_steps = TOGETHER;
+        run(solver, task, range.clone(), at);
+        let mut left = solver.left(task, range.clone(), at);
+        let mut beside = BESIDE;
+        for search in 0..SEARCHES {
+            if left < task.tolerance {
+                break;
+            }
+            task.settled = search >= SETTLED;
+            // Parts of a closed line stop before its last crossing.
+            let whole = closed && range == (0..n);
+            let end = if whole { n - 1 } else { range.end };
+            find_parts(&solver.residual, task.tolerance, range.start..end, beside, parts);
+            let count = parts.iter().map(ExactSizeIterator::len).sum::<usize>();
+            if whole && solver.residual[n - 1] >= task.tolerance || 4 * count > 3 * range.len() {
+                run(solver, task, range.clone(), at);
+                left = solver.left(task, range.clone(), at);
+            } else {
+                task.most_steps = APART;
+                left = 0.0;
+                for part in parts.iter() {
+                    run(solver, task, part.clone(), at);
+                }
+                for part in parts.iter() {
+                    let around = part.start.saturating_sub(1).max(range.start)..(part.end + 1).min(range.end);
+                    left = left.max(solver.left(task, around, at));
+                }
+                task.most_steps = TOGETHER;
+            }
+            beside += beside / 2;
+        }
+        task.settled = false;
+        (task.stages, task.tolerance) = (stages, tolerance);
+    }
+    steps
+}
+
+/// What is about the crossings of a range that are not where they should be.
+fn find_parts(residual: &[f64], tolerance: f64, range: Range<usize>, beside: usize, parts: &mut Vec<Range<usize>>) {
+    parts.clear();
+    for i in range.clone().filter(|i| residual[*i] >= tolerance) {
+        let (start, end) = (i.saturating_sub(beside).max(range.start), (i + beside + 1).min(range.end));
+        match parts.last_mut() {
+            Some(last) if start <= last.end => last.end = end,
+            _ => parts.push(start..end),
         }
     }
 }

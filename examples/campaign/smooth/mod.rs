@@ -29,7 +29,7 @@ use settings::Setting;
 use table::{Case, Table};
 
 const HEADING: &str = "mesh,case,kind,boundary,mode,setting,ms,crossings,crossings_after,length,length_after,turn,turn_after,\
-                       square,square_after,max_distance,mean_distance,max_missed,rounds,steps,flips,status";
+                       square,square_after,max_distance,mean_distance,max_missed,rounds,steps,flips,kept,status";
 
 /// Does mesh after mesh.
 pub(crate) fn campaign(args: &Args) -> Result<ExitCode, Box<dyn Error>> {
@@ -71,6 +71,7 @@ pub(crate) fn campaign(args: &Args) -> Result<ExitCode, Box<dyn Error>> {
             }
         }
         println!("{}: {} lines: {}", mesh.name, lines.len(), found.summary());
+        found.leave_out();
         table.merge(found);
     }
     if let Some(csv) = &mut csv {

@@ -27,6 +27,10 @@ pub(crate) struct Case {
     before: LineMetrics,
     after: LineMetrics,
     counts: [u32; 3],
+    /// Whether the line given was kept.
+    kept: bool,
+    /// Whether the line shrank to a point by some setting: settings are compared by the same lines.
+    left_out: bool,
     pub(crate) status: String,
 }
 
@@ -44,6 +48,8 @@ impl Case {
             before: LineMetrics::default(),
             after: LineMetrics::default(),
             counts: [0; 3],
+            kept: false,
+            left_out: false,
             status: String::new(),
         }
     }
@@ -51,6 +57,7 @@ impl Case {
     pub(crate) fn set(&mut self, smoothed: &Smoothed) {
         (self.before, self.after) = (smoothed.before, smoothed.after);
         self.crossings[1] = smoothed.line.crossings().len();
+        self.kept = smoothed.kept;
         self.counts = [smoothed.rounds, smoothed.steps, smoothed.flips];
     }
 
@@ -60,12 +67,27 @@ impl Case {
 
     /// Writes a line of the table; distances in mean edges.
     pub(crate) fn write(&self, out: &mut impl Write, mesh: &str) -> io::Result<()> {
-        let Self { number, kind, boundary, mode, setting, ms, mean, crossings, before, after, counts, status } = self;
+        let Self {
+            number,
+            kind,
+            boundary,
+            mode,
+            setting,
+            ms,
+            mean,
+            crossings,
+            before,
+            after,
+            counts,
+            kept,
+            status,
+            ..
+        } = self;
         let [rounds, steps, flips] = counts;
         writeln!(
             out,
             "\"{mesh}\",{number},{kind:?},{boundary},{mode},{setting},{ms:.4},{},{},{:.9},{:.9},{:.6},{:.6},{:.6},{:.6},\
-             {:.6},{:.6},{:.6},{rounds},{steps},{flips},\"{}\"",
+             {:.6},{:.6},{:.6},{rounds},{steps},{flips},{kept},\"{}\"",
             crossings[0],
             crossings[1],
             before.length,
@@ -91,6 +113,13 @@ pub(crate) struct Table {
 impl Table {
     pub(crate) fn add(&mut self, case: Case) {
         self.cases.push(case);
+    }
+
+    /// Leaves lines out of the comparison that some setting made a point of; for the cases of one mesh.
+    pub(crate) fn leave_out(&mut self) {
+        let lost: Vec<(Kind, usize)> =
+            self.cases.iter().filter(|case| case.status != "ok").map(|case| (case.kind, case.number)).collect();
+        self.cases.iter_mut().for_each(|case| case.left_out = lost.contains(&(case.kind, case.number)));
     }
 
     pub(crate) fn merge(&mut self, other: Self) {
@@ -119,9 +148,10 @@ impl Table {
 
     /// Counts by kind, and for every setting what was gained for what distance.
     pub(crate) fn print(&self) {
-        let mut kinds: BTreeMap<(Kind, bool), [usize; 3]> = BTreeMap::new();
+        let mut kinds: BTreeMap<(Kind, bool), [usize; 4]> = BTreeMap::new();
         for case in &self.cases {
             let counts = kinds.entry((case.kind, case.boundary)).or_default();
+            counts[3] += usize::from(case.kept && !case.failed());
             counts[if case.failed() {
                 1
             } else if case.status == "collapsed" {
@@ -130,9 +160,11 @@ impl Table {
                 0
             }] += 1;
         }
-        for ((kind, boundary), [passed, failed, collapsed]) in kinds {
+        for ((kind, boundary), [passed, failed, collapsed, kept]) in kinds {
             let place = if boundary { "at a boundary" } else { "inside" };
-            println!("  {kind:?} lines {place}: {passed} passed, {failed} failed, {collapsed} collapsed to a point");
+            println!(
+                "  {kind:?} lines {place}: {passed} passed ({kept} of them left as they were), {failed} failed, {collapsed} collapsed to a point"
+            );
         }
         let mut modes: Vec<(&str, f64)> = self.cases.iter().map(|case| (case.mode, case.setting)).collect();
         modes.dedup();
@@ -149,7 +181,7 @@ impl Table {
         for (mode, setting) in modes {
             let of = |value: &dyn Fn(&Case) -> f64, share: f64| {
                 let jagged = |case: &&Case| {
-                    (case.mode, case.setting) == (mode, setting) && case.kind != Kind::Trace && case.status == "ok"
+                    (case.mode, case.setting) == (mode, setting) && case.kind != Kind::Trace && !case.left_out
                 };
                 Times::new(self.cases.iter().filter(jagged).map(value)).quantile(share).unwrap_or(f64::NAN)
             };

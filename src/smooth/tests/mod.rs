@@ -2,6 +2,7 @@
 
 mod balance;
 mod lines;
+mod live;
 mod modes;
 mod shapes;
 
