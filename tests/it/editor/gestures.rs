@@ -2,7 +2,9 @@
 
 use bevy::prelude::*;
 use bevy_surface_splines::curve::TraceWorkspace;
-use bevy_surface_splines::editor::{Curve, DrawingInHand, EditorAction, Freehand, Notices, TakeDrawing, Tool};
+use bevy_surface_splines::editor::{
+    Conversions, Curve, DrawingInHand, EditorAction, Freehand, FreehandSettings, Notices, TakeDrawing, Tool,
+};
 use bevy_surface_splines::plugin::ControlKind;
 use bevy_surface_splines::plugin::testing::update_until;
 use bevy_surface_splines::prelude::*;
@@ -66,7 +68,7 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
     if held {
         studio.hand.hold(&mut studio.app, KeyCode::ShiftLeft);
     }
-    let what = match random.below(22) {
+    let what = match random.below(25) {
         0 => {
             studio.strike(KeyCode::KeyP);
             for _ in 0..=random.below(3) {
@@ -181,6 +183,20 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
             interrupt(studio, random);
             "keys in the middle of a drag"
         }
+        22 => {
+            draw_line(studio, random);
+            "drawn line"
+        }
+        23 => {
+            change_line(studio, random);
+            "line"
+        }
+        24 => {
+            studio.act(EditorAction::Take(Tool::Brush));
+            let places = way(on_a_line(studio, random), random);
+            studio.drag(&places);
+            "brush"
+        }
         12 => {
             // Taken back half way.
             studio.strike(KeyCode::KeyV);
@@ -230,6 +246,55 @@ fn place_drawing(studio: &mut Studio, random: &mut Random) {
         }
         std::thread::sleep(std::time::Duration::from_millis(1));
         studio.app.update();
+    }
+}
+
+/// A line that stays one.
+fn draw_line(studio: &mut Studio, random: &mut Random) {
+    studio.app.world_mut().resource_mut::<FreehandSettings>().as_line = true;
+    studio.strike(KeyCode::KeyN);
+    let (from, step) = (somewhere(random), 20.0 * Vec2::new(random.signed(), random.signed()));
+    let places = (0..10u8).map(|i| from + f32::from(i) * step + 8.0 * Vec2::new(random.signed(), random.signed()));
+    let places: Vec<Vec2> = places.collect();
+    studio.drag(&places);
+    studio.app.world_mut().resource_mut::<FreehandSettings>().as_line = false;
+}
+
+/// A place of a line, if there is one.
+fn on_a_line(studio: &mut Studio, random: &mut Random) -> Vec2 {
+    let lines = studio.lines();
+    if lines.is_empty() {
+        return somewhere(random);
+    }
+    let points = lines[random.below(lines.len() as u32) as usize].1.points();
+    studio.pixel(points[random.below(points.len() as u32) as usize])
+}
+
+/// A line is smoothed by a slider, or a line or a curve becomes the other.
+fn change_line(studio: &mut Studio, random: &mut Random) {
+    studio.strike(KeyCode::KeyV);
+    let place = on_a_line(studio, random);
+    studio.click(place);
+    match random.below(4) {
+        0 => studio.act(EditorAction::SetSmoothing(None)),
+        1 => studio.act(EditorAction::ToLines),
+        2 => {
+            studio.act(EditorAction::ToSplines);
+            for _ in 0..500 {
+                studio.app.update();
+                if !studio.app.world().resource::<Conversions>().is_busy() {
+                    break;
+                }
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+        }
+        _ => {
+            for _ in 0..3 {
+                let closeness = f64::from(10.0_f32.powf(random.signed()));
+                studio.act(EditorAction::SlideSmoothing(LineSmoothing::tether(closeness)));
+            }
+            studio.act(EditorAction::EndSlide);
+        }
     }
 }
 
@@ -308,7 +373,7 @@ fn campaign(seed: u64, gestures: usize) {
     println!("seed {seed}, {gestures} gestures");
     let mut random = Random(seed);
     let mut studio = Studio::with_sphere();
-    let start = studio.document();
+    let start = studio.whole();
     let mut checkpoint = (start.clone(), 0);
     for count in 1..=gestures {
         let what = gesture(&mut studio, &mut random);
@@ -318,7 +383,7 @@ fn campaign(seed: u64, gestures: usize) {
             continue;
         }
         println!("{count}: {what}, {} entries", depth(&studio));
-        let now = studio.document();
+        let now = studio.whole();
         check_traces(&mut studio);
         let entries = depth(&studio) - checkpoint.1;
         for left in (0..entries).rev() {
@@ -328,19 +393,19 @@ fn campaign(seed: u64, gestures: usize) {
                 studio.app.world().resource::<Notices>().all().iter().map(|n| n.text.clone()).collect();
             assert_eq!(depth(&studio), checkpoint.1 + left, "{name:?} is undone; {notices:?}");
         }
-        assert!(studio.document() == checkpoint.0, "undone to the last round");
+        assert!(studio.whole() == checkpoint.0, "undone to the last round");
         check_traces(&mut studio);
         (0..entries).for_each(|_| studio.redo());
-        assert!(studio.document() == now, "the document is the one that its history rebuilds");
+        assert!(studio.whole() == now, "the document is the one that its history rebuilds");
         checkpoint = (now, depth(&studio));
     }
-    let end = studio.document();
+    let end = studio.whole();
     let entries = depth(&studio);
     assert!(entries > gestures / 4, "{entries} entries of {gestures} gestures");
     (0..entries).for_each(|_| studio.undo());
-    assert!(studio.document() == start, "undone to the start");
+    assert!(studio.whole() == start, "undone to the start");
     (0..entries).for_each(|_| studio.redo());
-    assert!(studio.document() == end, "done again to the end");
+    assert!(studio.whole() == end, "done again to the end");
     check_traces(&mut studio);
 }
 

@@ -138,6 +138,12 @@ impl Studio {
         found
     }
 
+    /// All there is: splines and lines.
+    #[allow(clippy::type_complexity, reason = "two lists")]
+    fn whole(&mut self) -> (Vec<(Curve, Spline)>, Vec<(Curve, SurfaceLine, Option<LineSmoothing>, Entity)>) {
+        (self.document(), self.lines())
+    }
+
     fn names(&self) -> [Option<String>; 2] {
         self.app.world().resource::<History>().names().map(|name| name.map(str::to_string))
     }
