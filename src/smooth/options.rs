@@ -98,7 +98,9 @@ pub enum Iteration {
 
 /// How a line is smoothed.
 ///
-/// The default suits lines drawn by hand: tethered with closeness 10, what is smooth already stays.
+/// The default suits lines drawn by hand: tethered with closeness 10, what is smooth already stays. On jagged lines that closeness leaves less than a
+/// thousandth of the squared curvature, about a mean edge from where they were drawn; 100 leaves ten times as much, two thirds as far
+/// (the example `smoothing_report` measures it).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
 #[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
@@ -120,7 +122,7 @@ pub struct Smoothing {
     pub iteration: Iteration,
     /// How often vertices are passed, at most.
     pub max_rounds: u32,
-    /// How often crossings are swept, at most.
+    /// How often crossings are swept, at most, by the iterations that do.
     pub max_sweeps: u32,
 }
 
