@@ -1,4 +1,4 @@
-//! Splines drawn with gizmos: curves, the legs of handles or of control polygons, and marks for control points.
+//! Splines and lines drawn with gizmos: curves, the legs of handles or of control polygons, and marks for control points.
 
 use bevy::gizmos::GizmoPlugin;
 use bevy::prelude::*;
@@ -9,13 +9,14 @@ use super::edit_queue::PendingEdit;
 use super::polygon::ControlPolygon;
 use super::preview::TracePreview;
 use super::queries::{SurfaceQueries, SurfaceView};
+use super::smoothed_line::SmoothedLine;
 use super::spline::SurfaceSpline;
 use super::surface::OnSurface;
 use super::trace::SplineTrace;
 use crate::curve::{Anchor, Join};
 use crate::geodesic::GeodesicPath;
 
-/// The gizmo group of splines; its `GizmoConfig` says whether they are drawn, and how wide lines are.
+/// The gizmo group of splines and lines; its `GizmoConfig` says whether they are drawn, and how wide lines are.
 #[derive(Reflect, GizmoConfigGroup, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Clone, Debug, PartialEq)]
 pub struct SplineGizmos {
@@ -23,6 +24,15 @@ pub struct SplineGizmos {
     pub curve: Color,
     /// What previews of curves keep of their opacity, which says that they are rough or outdated.
     pub preview: f32,
+    /// Lines.
+    pub line: Color,
+    /// Lines as they were drawn, where they are smoothed; transparent: they are not drawn.
+    pub drawn_line: Color,
+    /// The geodesic curvature (one over local units) at which a line has the colours of [`turns`](Self::turns); less is between
+    /// these and [`line`](Self::line). None: lines have one colour.
+    pub full_curvature: Option<f32>,
+    /// What lines are coloured by where they turn to the right, and to the left.
+    pub turns: [Color; 2],
     /// Legs from anchors to handles, and those of the control polygons of B-splines.
     pub leg: Color,
     /// Anchors and handles.
@@ -38,6 +48,10 @@ impl Default for SplineGizmos {
         Self {
             curve: Color::srgb(1.0, 0.6, 0.1),
             preview: 0.5,
+            line: Color::srgb(0.95, 0.9, 0.4),
+            drawn_line: Color::srgba(0.8, 0.8, 0.8, 0.4),
+            full_curvature: None,
+            turns: [Color::srgb(0.15, 0.45, 1.0), Color::srgb(1.0, 0.2, 0.15)],
             leg: Color::srgb(0.5, 0.7, 0.9),
             control: Color::WHITE,
             anchor_size: 9.0,
@@ -48,7 +62,7 @@ impl Default for SplineGizmos {
 
 /// Draws every traced spline, or its [`TracePreview`] while there is one; of [`Editable`] ones also the control points: squares for corners, discs for other anchors,
 /// small discs for handles, joined to their anchors by their geodesics. Anchors of a B-spline are discs, joined by its control
-/// polygon. Where a curve is torn, it is drawn torn.
+/// polygon. Where a curve is torn, it is drawn torn. Of a line its [`SmoothedLine`] is drawn, by its curvature if that is wished for.
 ///
 /// Schedule: `PostUpdate`, set [`SurfaceSplineSystems::Draw`]. Needs Bevy's `GizmoPlugin`; without it nothing is drawn.
 #[derive(Debug, Default)]
@@ -67,7 +81,10 @@ impl Plugin for DebugDrawPlugin {
         // A little towards the eye, so that lines do not fight with the faces they lie on.
         let line = GizmoLineConfig { width: 2.0, ..default() };
         app.insert_gizmo_config(SplineGizmos::default(), GizmoConfig { depth_bias: -0.002, line, ..default() })
-            .add_systems(PostUpdate, (draw_curves, draw_polygons, draw_controls).in_set(SurfaceSplineSystems::Draw));
+            .add_systems(
+                PostUpdate,
+                (draw_curves, draw_lines, draw_polygons, draw_controls).in_set(SurfaceSplineSystems::Draw),
+            );
     }
 }
 
@@ -87,6 +104,27 @@ fn draw_curves(
     let dim = color.with_alpha(color.alpha() * gizmos.config_ext.preview);
     for (preview, on) in &previews {
         draw_pieces(&mut gizmos, &surfaces, on.0, preview.pieces(), dim);
+    }
+}
+
+fn draw_lines(mut gizmos: Gizmos<SplineGizmos>, surfaces: SurfaceQueries, lines: Query<(&SmoothedLine, &OnSurface)>) {
+    if !gizmos.config.enabled {
+        return;
+    }
+    let style = *gizmos.config_ext;
+    for (line, on) in &lines {
+        let Some(view) = surfaces.get(on.0) else { continue };
+        let world = |p: &Vec3| view.to_world().transform_point3(*p);
+        if line.by().is_some() && !style.drawn_line.is_fully_transparent() {
+            gizmos.linestrip(line.drawn_polyline().iter().map(world), style.drawn_line);
+        }
+        match style.full_curvature {
+            Some(most) => {
+                let colors = [style.turns[0], style.line, style.turns[1]];
+                gizmos.linestrip_gradient(line.colored(colors, most).map(|(p, color)| (world(&p), color)));
+            }
+            None => gizmos.linestrip(line.polyline().iter().map(world), style.line),
+        }
     }
 }
 

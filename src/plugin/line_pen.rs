@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use bevy::log::warn;
-use bevy::picking::events::{Cancel, Drag, DragEnd, DragStart, Pointer};
-use bevy::picking::pointer::{PointerButton, PointerId};
+use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
+use bevy::picking::pointer::{PointerAction, PointerButton, PointerId, PointerInput};
 use bevy::prelude::*;
 
 use super::SurfaceSplineSystems;
@@ -54,7 +54,7 @@ pub struct LineDrawn {
 
 /// Draws lines on surfaces with a [`LinePen`].
 ///
-/// Schedule: observers of picking's drags; `PostUpdate`, set [`SurfaceSplineSystems::Resolve`]. Needs
+/// Schedule: observers of picking's drags; `PreUpdate`, set [`SurfaceSplineSystems::Drag`]; `PostUpdate`, set [`SurfaceSplineSystems::Resolve`]. Needs
 /// [`PickPlugin`](super::PickPlugin) and Bevy's picking plugins; without those nothing is drawn.
 #[derive(Debug, Default)]
 pub struct LinePenPlugin;
@@ -68,7 +68,8 @@ impl Plugin for LinePenPlugin {
             .add_observer(begin)
             .add_observer(go_on)
             .add_observer(end)
-            .add_observer(cancel)
+            .add_message::<PointerInput>()
+            .add_systems(PreUpdate, cancel.in_set(SurfaceSplineSystems::Drag))
             .add_systems(PostUpdate, show_strokes.in_set(SurfaceSplineSystems::Resolve));
     }
 }
@@ -167,9 +168,12 @@ fn end(
     }
 }
 
-fn cancel(event: On<Pointer<Cancel>>, mut commands: Commands, mut strokes: ResMut<Strokes>) {
-    if let Some(stroke) = strokes.of.remove(&event.pointer_id) {
-        stroke.forget(&mut commands);
+/// A pointer that is cancelled draws nothing; picking says so only to what it hovers over.
+fn cancel(mut commands: Commands, mut strokes: ResMut<Strokes>, mut inputs: MessageReader<PointerInput>) {
+    for input in inputs.read().filter(|input| matches!(input.action, PointerAction::Cancel)) {
+        if let Some(stroke) = strokes.of.remove(&input.pointer_id) {
+            stroke.forget(&mut commands);
+        }
     }
 }
 

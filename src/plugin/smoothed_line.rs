@@ -115,7 +115,7 @@ impl SmoothedLine {
         &self.curvatures
     }
 
-    /// The polyline with a colour for each place, by its curvature: `flat` where the line is straight, `left` and `right` where it turns
+    /// The polyline with a colour for each place, by its curvature: the middle one where the line is straight, the others where it turns to the right or left
     /// by `most` (one over local units) or more.
     pub fn colored(&self, [right, flat, left]: [Color; 3], most: f32) -> impl Iterator<Item = (Vec3, Color)> {
         self.polyline().iter().zip(self.curvatures()).map(move |(position, curvature)| {

@@ -454,3 +454,45 @@ fn places_along_a_line_are_on_it() {
         }
     }
 }
+
+/// The slider is moved in each of sixty updates, and each has a sixtieth of a second.
+#[test]
+fn a_slider_over_two_thousand_crossings_is_live() {
+    if cfg!(debug_assertions) && std::env::var_os("MEASURE").is_none() {
+        println!("skipped: times are measured with --release");
+        return;
+    }
+    let frame = Duration::from_secs(1) / 60;
+    for budget in [TraceBudget::UNLIMITED, TraceBudget::default()] {
+        let mut app = headless_app();
+        app.insert_resource(budget);
+        listen(&mut app);
+        let surface = spawn_surface(&mut app, Sphere::new(1.0).mesh().uv(600, 300));
+        let drawn = trembling(surface_of(&app, surface), 500, 0.02, true);
+        let crossings = drawn.crossings().len();
+        assert!((1_800..2_600).contains(&crossings), "{crossings}");
+        let line =
+            app.world_mut().spawn((OnSurface(surface), SurfaceLine::new(drawn), LineSmoothing::tether(1.0))).id();
+        assert!(update_until(&mut app, |world| world.get(line) == Some(&LineState::Ready)));
+        app.world_mut().resource_mut::<Heard>().changed.clear();
+        let mut times = Vec::new();
+        for k in 0..60_u8 {
+            // Up and down a logarithmic slider.
+            let share = (f64::from(k) / 30.0 - 1.0).abs();
+            let closeness = 0.1 * 10_000_f64.powf(share);
+            app.world_mut().get_mut::<LineSmoothing>(line).expect("there").set_closeness(closeness);
+            let begin = std::time::Instant::now();
+            app.update();
+            let took = begin.elapsed();
+            times.push(took.as_secs_f64() * 1e3);
+            std::thread::sleep(frame.saturating_sub(took));
+        }
+        times.sort_by(f64::total_cmp);
+        let heard = app.world().resource::<Heard>().changed.len();
+        println!(
+            "{crossings} crossings, {budget:?}: {heard} of 60 results came; an update takes {:.2} ms, at most {:.2} ms",
+            times[30], times[59]
+        );
+        assert!(heard >= 50 && times[30] < 16.6, "{heard} results, {} ms", times[30]);
+    }
+}

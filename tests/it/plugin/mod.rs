@@ -11,6 +11,7 @@ mod jumps;
 #[cfg(feature = "formats")]
 mod large_meshes;
 mod lines;
+mod lines_made;
 mod picks;
 mod previews;
 mod samples;
