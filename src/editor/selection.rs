@@ -158,11 +158,12 @@ fn follow_edits(mut selection: ResMut<Selection>, mut edited: MessageReader<Spli
     }
 }
 
+/// What can be selected.
+type Selectable<'w, 's> =
+    Query<'w, 's, (AnyOf<(&'static SurfaceSpline, &'static SurfaceLine)>, Option<&'static Curve>)>;
+
 /// Splines and anchors that are gone, hidden or locked are not selected.
-fn forget_missing(
-    mut selection: ResMut<Selection>,
-    splines: Query<(AnyOf<(&SurfaceSpline, &SurfaceLine)>, Option<&Curve>)>,
-) {
+fn forget_missing(mut selection: ResMut<Selection>, splines: Selectable) {
     if selection.is_empty() {
         return;
     }

@@ -96,8 +96,7 @@ fn show_smoothing(ui: &mut egui::Ui, smoothing: Option<&LineSmoothing>, actions:
         SmoothingMode::Budget { share } => Some(egui::Slider::new(share, 0.0..=1.0).text("Share")),
         SmoothingMode::Geodesic => None,
     };
-    let Some(slider) = slider else { return };
-    let slider = ui.add(slider);
+    let Some(slider) = slider.map(|slider| ui.add(slider)) else { return };
     if slider.changed() {
         let options = crate::smooth::Smoothing { mode, ..smoothing.options };
         actions.write(EditorAction::SlideSmoothing(LineSmoothing { options, ..*smoothing }));

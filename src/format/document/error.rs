@@ -81,7 +81,7 @@ pub enum DocumentError {
         /// Its name.
         name: String,
         /// What is wrong with it.
-        fault: PolylineError,
+        fault: Box<PolylineError>,
     },
 }
 

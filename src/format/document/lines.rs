@@ -82,7 +82,7 @@ impl Document {
         let (name, index) = (name.into(), self.lines.len());
         let geometry = match StoredLine::of(surface, &self.surface.frame, line) {
             Ok(geometry) => geometry,
-            Err(error) => return Err(DocumentError::Line { index, name, fault: error.into() }),
+            Err(error) => return Err(DocumentError::Line { index, name, fault: Box::new(error.into()) }),
         };
         let style = SplineStyle::default();
         self.lines.push(DocumentLine { name, style, hidden: false, locked: false, smoothing, geometry });

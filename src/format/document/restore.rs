@@ -66,7 +66,8 @@ impl Document {
         for (index, line) in self.lines.iter().enumerate() {
             let restored = line.restore(surface, scale);
             let name = || line.name.clone();
-            lines.push(Some(restored.map_err(|fault| DocumentError::Line { index, name: name(), fault })?));
+            let refused = |fault| DocumentError::Line { index, name: name(), fault: Box::new(fault) };
+            lines.push(Some(restored.map_err(refused)?));
         }
         Ok(Restored { splines, lines, mapping: None })
     }
