@@ -18,13 +18,16 @@ use crate::plugin::{BuiltSurface, LineState, SplinePickingSettings, SplineState,
 /// What lies on a model, and not on the shelf of the history.
 type OnModel = Or<(With<SurfaceSpline>, With<SurfaceLine>)>;
 
+/// How far it is.
+type State = AnyOf<(&'static SplineState, &'static LineState)>;
+
 /// What the tab shows.
 #[derive(SystemParam)]
 pub(crate) struct Scene<'w, 's> {
     models: Query<'w, 's, (&'static Model, &'static BuiltSurface)>,
     picking: Res<'w, SplinePickingSettings>,
     repairs: Res<'w, ShownRepairs>,
-    curves: Query<'w, 's, (Entity, &'static Curve, AnyOf<(&'static SplineState, &'static LineState)>), OnModel>,
+    curves: Query<'w, 's, (Entity, &'static Curve, State), OnModel>,
     brush: ResMut<'w, BrushSettings>,
     selection: Res<'w, Selection>,
     freehand: ResMut<'w, FreehandSettings>,
