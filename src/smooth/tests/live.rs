@@ -60,7 +60,7 @@ fn a_brush_moves_what_is_under_it_and_nothing_else() {
     let mut workspace = SmoothWorkspace::default();
     let tremor = |k: u32| {
         let a = 0.021 * f64::from(k);
-        at(&surface, DVec3::new(a.cos(), a.sin(), if k % 2 == 0 { 0.03 } else { -0.03 }))
+        at(&surface, DVec3::new(a.cos(), a.sin(), if k.is_multiple_of(2) { 0.03 } else { -0.03 }))
     };
     for (count, closed) in [(120, false), (299, true)] {
         let points: Vec<_> = (0..count).map(tremor).collect();
