@@ -590,3 +590,53 @@ fn what_is_behind_is_taken_when_asked() {
     studio.click(seen);
     assert!(studio.selection().is_empty());
 }
+
+#[test]
+fn the_pen_begins_another_curve_unless_it_stands_on_an_end() {
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, -80.0), at(-60.0, -80.0)]);
+    let (first, _) = studio.splines()[0].clone();
+    // A whole curve is selected: the pen begins anew.
+    studio.act(EditorAction::Select(first));
+    studio.strike(KeyCode::KeyP);
+    studio.click(at(-100.0, 60.0));
+    studio.click(at(0.0, 60.0));
+    studio.strike(KeyCode::Enter);
+    studio.settle();
+    assert_eq!(studio.splines().len(), 2);
+    // Its last anchor is clicked with the pen: the curve goes on there.
+    studio.act(EditorAction::Select(first));
+    studio.settle();
+    studio.strike(KeyCode::KeyP);
+    studio.click(at(-60.0, -80.0));
+    studio.click(at(30.0, -120.0));
+    studio.settle();
+    let splines = studio.splines();
+    assert_eq!((splines.len(), splines[0].1.anchors().len(), splines[1].1.anchors().len()), (2, 3, 2));
+}
+
+#[test]
+fn keys_count_in_the_order_in_which_they_were_struck() {
+    use bevy::input::ButtonState::{Pressed, Released};
+    use bevy::input::keyboard::{Key, KeyboardInput, NativeKey};
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, -80.0), at(-60.0, -80.0)]);
+    let world = studio.app.world_mut();
+    let window = world.query_filtered::<Entity, With<Window>>().single(world).expect("a window");
+    // A frame that took so long that all of Ctrl+Z happened in it.
+    let steps = [
+        (KeyCode::ControlLeft, Pressed),
+        (KeyCode::KeyZ, Pressed),
+        (KeyCode::KeyZ, Released),
+        (KeyCode::ControlLeft, Released),
+    ];
+    for (key_code, state) in steps {
+        let logical_key = Key::Unidentified(NativeKey::Unidentified);
+        world.write_message(KeyboardInput { key_code, logical_key, state, text: None, repeat: false, window });
+    }
+    studio.app.update();
+    studio.settle();
+    assert!(studio.splines().is_empty(), "undone");
+    let settings = studio.app.world().resource::<bevy_surface_splines::plugin::SplinePickingSettings>();
+    assert!(!settings.see_through, "it was not Z alone");
+}
