@@ -2,11 +2,12 @@
 //! red where it turns to the left. The closeness goes up and down by itself until one takes it over by the keys Up and Down; the
 //! title says what the line is like. The region is what somebody reaches in time who walks through each face at a random pace.
 //!
-//! `cargo run --release --features render,formats --example smoothing -- [MESH] [--pictures DIR]` (then it writes `before.png` and
-//! `after.png` and ends by itself)
+//! `cargo run --release --features render,formats --example smoothing -- [MESH] [--z-up] [--pictures DIR]` (with pictures it writes
+//! `before.png` and `after.png` and ends by itself)
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::f32::consts::FRAC_PI_2;
 use std::path::PathBuf;
 
 use bevy::prelude::*;
@@ -18,20 +19,22 @@ use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::Surface;
 use glam::DVec3;
 
+const FRONT: Vec3 = Vec3::new(0.35, 0.3, 1.0); // from where one sees the model at first
 const REACH: f64 = 0.16; // how far the region reaches, as a share of the model's diagonal
 const AWAY: f32 = 1.0; // from how far one looks at it; the diagonal is 2
 
 #[derive(Resource)]
 struct Options {
     mesh: PathBuf,
+    z_up: bool,
     pictures: Option<PathBuf>,
 }
 
 fn main() -> AppExit {
-    let (words, after) =
-        (std::env::args().skip(1), |name: &str| std::env::args().skip_while(|word| word != name).nth(1));
-    let pictures = after("--pictures");
-    let mesh = words.filter(|word| word != "--pictures" && pictures.as_ref() != Some(word)).last();
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let pictures = words.iter().skip_while(|word| *word != "--pictures").nth(1).cloned();
+    let mesh = words.iter().find(|word| !word.starts_with("--") && pictures.as_ref() != Some(word)).cloned();
+    let z_up = words.iter().any(|word| word == "--z-up");
     let mesh = mesh.unwrap_or(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/pebble.obj").into()).into();
     let renderer = RenderPlugin { synchronous_pipeline_compilation: true, ..default() }; // no picture before all is there
     let window = Window { title: "Smoothing".into(), resolution: (800, 600).into(), ..default() };
@@ -44,7 +47,7 @@ fn main() -> AppExit {
         .add_plugins(SurfaceSplinePlugins)
         .insert_gizmo_config(SplineGizmos { drawn_line: Color::NONE, ..default() }, line(4.5, -0.004))
         .insert_gizmo_config(DefaultGizmoConfigGroup, line(1.5, -0.003))
-        .insert_resource(Options { mesh, pictures: pictures.map(PathBuf::from) })
+        .insert_resource(Options { mesh, z_up, pictures: pictures.map(PathBuf::from) })
         .add_systems(Startup, setup)
         .add_systems(Update, (slide.run_if(|options: Res<Options>| options.pictures.is_none()), say))
         .add_systems(PostUpdate, (draw_before, take_pictures).in_set(SurfaceSplineSystems::Draw))
@@ -60,8 +63,9 @@ fn setup(
     let triangles = read_mesh(&options.mesh)?;
     let (low, high) = triangles.positions.iter().fold((DVec3::MAX, DVec3::MIN), |(a, b), p| (a.min(*p), b.max(*p)));
     let scale = 2.0 / low.distance(high);
-    let place = Transform::from_translation((-scale * low.midpoint(high)).as_vec3());
-    let place = place.with_scale(Vec3::splat(scale as f32));
+    let turn = Quat::from_rotation_x(if options.z_up { -FRAC_PI_2 } else { 0.0 });
+    let place = Transform::from_translation(turn * (-scale * low.midpoint(high)).as_vec3());
+    let place = place.with_rotation(turn).with_scale(Vec3::splat(scale as f32));
     let clay = materials.add(StandardMaterial { perceptual_roughness: 0.9, ..Color::srgb(0.42, 0.44, 0.47).into() });
     commands.spawn((Mesh3d(meshes.add(mesh_from(&triangles))), MeshMaterial3d(clay), place, SplineSurface::default()));
     let sun = (
@@ -82,13 +86,14 @@ fn choose_region(
 ) -> Result {
     let (surface, place) = surfaces.get(ready.entity)?;
     let (low, high) = surface.bounds();
-    let (reach, front) = (REACH * surface.diagonal(), DVec3::new(0.35, 0.3, 1.0).normalize());
+    let front = (place.rotation.inverse() * FRONT.normalize()).as_dvec3();
+    let reach = REACH * surface.diagonal();
     let hit = surface.ray(low.midpoint(high) + surface.diagonal() * front, -front).ok_or("nothing is in the middle")?;
     let line = LineSource::around_faces(region(surface, hit.point.face, reach));
     commands.spawn((OnSurface(ready.entity), line, LineSmoothing { enabled: false, ..default() }));
     gizmos.config_mut::<SplineGizmos>().1.full_curvature = Some(3.0 / reach as f32);
     let at = place.transform_point(hit.position.as_vec3());
-    let eye = at + AWAY * (hit.normal + front).as_vec3().normalize(); // the normal of a single face says little
+    let eye = at + AWAY * (place.rotation * (hit.normal + front).as_vec3()).normalize(); // the normal of a single face says little
     **camera = Transform::from_translation(eye).looking_at(at, Vec3::Y);
     Ok(())
 }
