@@ -126,8 +126,12 @@ impl Record {
         (self.is_due, self.at_rest) = (true, 0);
     }
 
-    /// Learns from what smoothing took. Where it was stopped, it would have taken longer.
+    /// Learns from what smoothing took. What was stopped would have taken longer: that it was short says nothing.
     fn learn(&mut self, pace: &mut Pace, wish: &Wish, outcome: &Outcome) {
+        let was_stopped = matches!(outcome.result, Err(SmoothError::Stopped));
+        if was_stopped && outcome.seconds < self.pace.unwrap_or(*pace).expect(wish.work()) {
+            return;
+        }
         self.pace.get_or_insert(*pace).learn(wish.work(), outcome.seconds);
         pace.learn(wish.work(), outcome.seconds);
     }

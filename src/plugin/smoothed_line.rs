@@ -10,6 +10,9 @@ use super::trace::Polyline;
 use crate::smooth::{LineBend, Smoothed, Smoothing, SurfacePolyline};
 use crate::surface::{FaceId, Surface, SurfacePoint};
 
+/// Over so many mean stretches to either side curvature is evened out to be shown.
+const WITHIN: f64 = 3.0;
+
 /// A [`SurfaceLine`](super::SurfaceLine) as it is to be shown: smoothed by its [`LineSmoothing`](super::LineSmoothing), or as it was drawn. Derived: a
 /// system writes it, and it is never saved.
 ///
@@ -59,7 +62,7 @@ impl SmoothedLine {
         if smoothed.line.is_closed() {
             begin_with_the_line(surface, &positions, &lengths, &mut bends);
         }
-        let curvatures = lengths.iter().map(|at| curvature(&bends, *at, smoothed.line.is_closed(), length)).collect();
+        let curvatures = curvatures(&bends, &lengths, smoothed.line.is_closed());
         let polyline = Polyline::unbroken(positions.iter().map(|p| p.as_vec3()));
         Self {
             smoothed: Arc::new(smoothed),
@@ -110,7 +113,8 @@ impl SmoothedLine {
     }
 
     /// Geodesic curvature at each place of the [`polyline`](Self::polyline), one over local units, positive to the left: to colour
-    /// the line by.
+    /// the line by. Crossing by crossing it jumps about, so it is evened out over some stretches to either side; [`bends`](Self::bends)
+    /// has it as it is.
     pub fn curvatures(&self) -> &[f32] {
         &self.curvatures
     }
@@ -230,22 +234,19 @@ fn begin_with_the_line(surface: &Surface, positions: &[DVec3], lengths: &[f64], 
     }
 }
 
-/// Curvature at a length along a line: between two bends in proportion.
-fn curvature(bends: &[LineBend], at: f64, closed: bool, whole: f64) -> f32 {
-    let after = bends.partition_point(|bend| bend.distance < at);
-    let (Some(first), Some(last)) = (bends.first(), bends.last()) else { return 0.0 };
-    let seen = |bend: &LineBend, turns: f64| (bend.distance + turns * whole, bend.curvature);
-    let before = match after.checked_sub(1).and_then(|i| bends.get(i)) {
-        Some(bend) => seen(bend, 0.0),
-        None if closed => seen(last, -1.0),
-        None => (0.0, 0.0),
+/// Curvature at each of some lengths along a line: the turns within some stretches of it, the nearer the more.
+fn curvatures(bends: &[LineBend], lengths: &[f64], closed: bool) -> Arc<[f32]> {
+    let whole = lengths.last().copied().unwrap_or(0.0);
+    let reach = WITHIN * whole / lengths.len().saturating_sub(1).max(1) as f64;
+    let again = |turns: f64| bends.iter().map(move |bend| (bend.distance + turns * whole, bend.turn));
+    let around = |turns: f64| again(turns).filter(|_| closed);
+    let turns: Vec<(f64, f64)> = around(-1.0).chain(again(0.0)).chain(around(1.0)).collect();
+    let mut first = 0;
+    let at = |length: &f64| {
+        first += turns[first..].iter().take_while(|(there, _)| *there <= length - reach).count();
+        let near = turns[first..].iter().take_while(|(there, _)| *there < length + reach);
+        let weigh = |(there, turn): &(f64, f64)| turn * (1.0 - (there - length).abs() / reach) / reach;
+        near.map(weigh).sum::<f64>() as f32
     };
-    let next = match bends.get(after) {
-        Some(bend) => seen(bend, 0.0),
-        None if closed => seen(first, 1.0),
-        None => (whole, 0.0),
-    };
-    let way = next.0 - before.0;
-    let share = if way > 0.0 { ((at - before.0) / way).clamp(0.0, 1.0) } else { 1.0 };
-    (before.1 + share * (next.1 - before.1)) as f32
+    lengths.iter().map(at).collect()
 }

@@ -105,7 +105,15 @@ impl Stage {
         let whole = *is.lengths().last().expect("a length");
         assert!((whole - is.after.length).abs() < 1e-9 * whole, "{whole} is not {}", is.after.length);
         assert!(is.bends().windows(2).all(|pair| pair[0].distance <= pair[1].distance));
-        assert_eq!(is.curvatures().len(), is.polyline().len());
+        // Along the line curvature adds up to what it turns by; near open ends some of it is beyond them.
+        let steps = is.lengths().windows(2).zip(is.curvatures().windows(2));
+        let sum: f64 = steps.map(|(at, k)| (at[1] - at[0]) * 0.5 * f64::from(k[0] + k[1])).sum();
+        let turn: f64 = is.bends().iter().map(|bend| bend.turn).sum();
+        assert!(
+            (sum - turn).abs() < 0.1 + 0.05 * is.after.total_turn,
+            "{sum} is not {turn} of {}",
+            is.after.total_turn
+        );
     }
 }
 
@@ -467,7 +475,7 @@ fn a_slider_over_two_thousand_crossings_is_live() {
         let mut app = headless_app();
         app.insert_resource(budget);
         listen(&mut app);
-        let surface = spawn_surface(&mut app, Sphere::new(1.0).mesh().uv(600, 300));
+        let surface = spawn_surface(&mut app, Sphere::new(1.0).mesh().uv(300, 150));
         let drawn = trembling(surface_of(&app, surface), 500, 0.02, true);
         let crossings = drawn.crossings().len();
         assert!((1_800..2_600).contains(&crossings), "{crossings}");

@@ -33,6 +33,9 @@ fn a_world_survives_saving_and_loading() {
     let spline = spawn_spline(&mut app, planet, SplineSource::smooth_through([Vec3::X, Vec3::Y, Vec3::Z]).closed());
     app.world_mut().entity_mut(spline).insert(Editable);
     app.world_mut().spawn((OnSurface(planet), SplineSource::smooth_through([Vec3::NAN])));
+    let zigzag = (0..20_u8).map(|k| Vec3::new(f32::from(k) / 10.0 - 1.0, f32::from(k % 2) / 10.0, 1.0));
+    let line = (OnSurface(planet), LineSource::through(zigzag), LineSmoothing::tether(7.0));
+    let line = app.world_mut().spawn(line).id();
     for _ in 0..3 {
         app.update();
     }
@@ -41,7 +44,7 @@ fn a_world_survives_saving_and_loading() {
         .query_filtered::<Entity, Or<(With<SplineSurface>, With<OnSurface>, With<ControlPoint>)>>()
         .iter(world)
         .collect();
-    assert_eq!(everything.len(), 3 + 9);
+    assert_eq!(everything.len(), 4 + 9);
     for with_controls in [true, false] {
         let is_control = |e: &Entity| app.world().get::<ControlPoint>(*e).is_some();
         let entities: Vec<Entity> = everything.iter().copied().filter(|e| with_controls || !is_control(e)).collect();
@@ -70,6 +73,12 @@ fn a_world_survives_saving_and_loading() {
         assert_eq!(a, b, "the spline is the same, bit for bit");
         let segments = |app: &App, e| app.world().get::<SplineTrace>(e).map(|t| t.segments().to_vec());
         assert_eq!(segments(&app, spline), segments(&other, spline2));
+        let parts = |app: &App, e: Entity| {
+            let entity = app.world().entity(e);
+            let parts = (entity.get::<SurfaceLine>().cloned(), entity.get::<LineSmoothing>().copied());
+            (parts, entity.get::<SmoothedLine>().expect("a smoothed line").line.clone())
+        };
+        assert_eq!(parts(&app, line), parts(&other, map[&line]), "the line is the same, bit for bit");
         let world = other.world_mut();
         let controls: Vec<_> = world.query::<&ControlPoint>().iter(world).copied().collect();
         assert_eq!(controls.len(), 9);
