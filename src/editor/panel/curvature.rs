@@ -12,6 +12,7 @@ use crate::curve::Trace;
 use crate::editor::colors;
 use crate::editor::documents::spawn;
 use crate::geodesic::PathFinder;
+use crate::plugin::SmoothedLine;
 use crate::surface::Surface;
 
 /// So many places along the curve are measured.
@@ -56,6 +57,23 @@ fn measure(surface: &Surface, trace: &Trace) -> Vec<f64> {
 /// Shows the plot of a trace, whose unit of length is so many of the file's.
 pub(crate) fn show(ui: &mut egui::Ui, plot: &mut CurvaturePlot, surface: &Arc<Surface>, trace: &Arc<Trace>, unit: f64) {
     plot.follow(surface, trace);
+    paint(ui, &plot.values, unit);
+}
+
+/// Shows the plot of a drawn line as it is now, whose unit of length is so many of the file's.
+pub(crate) fn show_line(ui: &mut egui::Ui, line: &SmoothedLine, unit: f64) {
+    let whole = line.lengths().last().copied().unwrap_or(0.0);
+    let at = |i: u32| {
+        let length = whole * f64::from(i) / f64::from(PLACES);
+        let after = line.lengths().partition_point(|l| *l < length);
+        line.curvatures().get(after).map(|curvature| f64::from(*curvature))
+    };
+    let values: Vec<f64> = (0..=PLACES).filter_map(at).collect();
+    paint(ui, &values, unit);
+}
+
+/// Paints curvatures at places that are equally far apart.
+fn paint(ui: &mut egui::Ui, values: &[f64], unit: f64) {
     ui.add_space(6.0);
     ui.label("Geodesic curvature along the curve").on_hover_text(
         "Left turns are up, right turns down, as seen from outside; one over the radius of the turn, in the model's units",
@@ -63,15 +81,15 @@ pub(crate) fn show(ui: &mut egui::Ui, plot: &mut CurvaturePlot, surface: &Arc<Su
     let size = egui::vec2(ui.available_width(), 96.0);
     let (place, response) = ui.allocate_exact_size(size, egui::Sense::hover());
     ui.painter().rect_filled(place, 4.0, egui::Color32::from_black_alpha(70));
-    let largest = plot.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    if plot.values.len() < 2 || largest <= 0.0 {
+    let largest = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    if values.len() < 2 || largest <= 0.0 {
         return;
     }
-    let x = |index: usize| place.left() + place.width() * index as f32 / (plot.values.len() - 1) as f32;
+    let x = |index: usize| place.left() + place.width() * index as f32 / (values.len() - 1) as f32;
     let y = |value: f64| place.center().y - 0.46 * place.height() * (value / largest) as f32;
     let axis = egui::Stroke::new(1.0, egui::Color32::from_white_alpha(50));
     ui.painter().hline(place.x_range(), place.center().y, axis);
-    let points = plot.values.iter().enumerate().map(|(index, value)| egui::pos2(x(index), y(*value))).collect();
+    let points = values.iter().enumerate().map(|(index, value)| egui::pos2(x(index), y(*value))).collect();
     ui.painter().add(egui::Shape::line(points, egui::Stroke::new(1.5, theme::egui_color(colors::ACCENT, 1.0))));
     let text = |value: f64| format!("{} ", significant(value / unit, 3));
     ui.painter().text(
@@ -83,7 +101,7 @@ pub(crate) fn show(ui: &mut egui::Ui, plot: &mut CurvaturePlot, surface: &Arc<Su
     );
     if let Some(at) = response.hover_pos() {
         let share = ((at.x - place.left()) / place.width()).clamp(0.0, 1.0);
-        let index = (share * (plot.values.len() - 1) as f32).round() as usize;
-        response.on_hover_text(format!("{:.0} % along: {}", 100.0 * share, text(plot.values[index])));
+        let index = (share * (values.len() - 1) as f32).round() as usize;
+        response.on_hover_text(format!("{:.0} % along: {}", 100.0 * share, text(values[index])));
     }
 }

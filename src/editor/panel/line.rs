@@ -55,6 +55,7 @@ pub(crate) fn show(ui: &mut egui::Ui, properties: &LineProperties, actions: &mut
     }
     let unit = properties.models.get(on.0).map_or(1.0, |model| model.unit);
     show_metrics(ui, &line.before, &line.after, unit);
+    super::curvature::show_line(ui, line, unit);
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
         let fits = ui.add_enabled(!properties.conversions.is_busy(), egui::Button::new("Make a spline"));
