@@ -90,8 +90,8 @@ fn the_panel_and_the_model_do_not_steal_from_each_other() {
 fn tools_are_taken_by_the_strip() {
     let mut studio = editor(None);
     let mut seen = Vec::new();
-    for row in 0..6u8 {
-        studio.click(Vec2::new(22.0, 24.0 + 35.0 * f32::from(row)));
+    for row in 0..Tool::ALL.len() {
+        studio.click(Vec2::new(22.0, 24.0 + 35.0 * row as f32));
         for _ in 0..2 {
             studio.app.update();
         }
