@@ -5,7 +5,7 @@ use bevy::gizmos::retained::Gizmo;
 use bevy::prelude::*;
 
 use super::draw::{IN_FRONT_OF_ALL, ON_TOP};
-use super::lines::{CurveLines, LineOf, ShinesThrough};
+use super::lines::{CurveLines, LineOf, ShinesThrough, is_primed};
 use crate::editor::colors;
 use crate::editor::curves::Curve;
 use crate::editor::selection::Selection;
@@ -27,7 +27,8 @@ pub(super) struct LineLook {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    app.add_observer(drop_line).add_systems(PostUpdate, draw_lines.in_set(SurfaceSplineSystems::Draw));
+    app.add_observer(drop_line)
+        .add_systems(PostUpdate, draw_lines.in_set(SurfaceSplineSystems::Draw).run_if(is_primed));
 }
 
 type Drawn<'w, 's> = Query<

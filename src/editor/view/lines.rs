@@ -25,8 +25,9 @@ pub(super) struct LineOf(pub(super) Entity);
 #[relationship_target(relationship = LineOf, linked_spawn)]
 pub(super) struct CurveLines(Vec<Entity>);
 
-/// Marks lines that shine through the model. Lines hide what is drawn behind them later, so these must come last, and the renderer
-/// draws entities in the order of their archetypes: those with this component come after those without.
+/// Marks lines that shine through the model. Lines hide what is drawn behind them later, so these must come last. The renderer
+/// draws entities in the order in which it met their archetypes, and met in one frame that is any order: so it meets a line without this
+/// component in the first frame ([`prime`]), and those with it later ([`is_primed`]).
 #[derive(Component)]
 pub(super) struct ShinesThrough;
 
@@ -40,7 +41,21 @@ struct Look {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    app.add_observer(drop_lines).add_systems(PostUpdate, draw_curves.in_set(SurfaceSplineSystems::Draw));
+    app.add_observer(drop_lines)
+        .add_systems(Startup, prime)
+        .add_systems(PostUpdate, draw_curves.in_set(SurfaceSplineSystems::Draw).run_if(is_primed));
+}
+
+/// Spawns a line of nothing, as all lines on the model are: see [`ShinesThrough`].
+fn prime(mut commands: Commands, mut gizmos: ResMut<Assets<GizmoAsset>>) {
+    let nowhere = commands.spawn((Transform::default(), Visibility::Hidden)).id();
+    let gizmo = Gizmo { handle: gizmos.add(GizmoAsset::new()), ..default() };
+    commands.spawn((gizmo, LineOf(nowhere), ChildOf(nowhere)));
+}
+
+/// From the second frame on.
+pub(super) fn is_primed(mut before: Local<bool>) -> bool {
+    std::mem::replace(&mut *before, true)
 }
 
 type Curves<'w, 's> = Query<
