@@ -41,16 +41,21 @@ impl Drop for Folder {
 
 /// A square of four by four cells, turned towards the camera, moved and scaled.
 fn sheet(size: f64) -> String {
-    let mut text = String::new();
-    for i in 0..5 {
-        for k in 0..5 {
+    fine_sheet(size, 4)
+}
+
+/// The same with so many cells along a side, each of this size.
+fn fine_sheet(size: f64, cells: u32) -> String {
+    let (mut text, row) = (String::new(), cells + 1);
+    for i in 0..row {
+        for k in 0..row {
             text += &format!("v {} {} 3\n", 10.0 + size * f64::from(k), -5.0 + size * f64::from(i));
         }
     }
-    for i in 0..4 {
-        for k in 0..4 {
-            let a = 5 * i + k + 1;
-            text += &format!("f {} {} {} {}\n", a, a + 1, a + 6, a + 5);
+    for i in 0..cells {
+        for k in 0..cells {
+            let a = row * i + k + 1;
+            text += &format!("f {} {} {} {}\n", a, a + 1, a + row + 1, a + row);
         }
     }
     text
@@ -315,7 +320,8 @@ fn what_is_cancelled_changes_nothing() {
     let path = folder.0.join("there.splines.ron");
     ask(&mut studio, FileRequest::SaveAs(path.clone()));
     let before = studio.document();
-    let other = folder.file("other.obj", &sheet(1.0));
+    // Large enough that it is not there before it can be cancelled.
+    let other = folder.file("other.obj", &fine_sheet(1.0, 250));
     for request in [FileRequest::Open(path), FileRequest::Open(other)] {
         studio.app.world_mut().write_message(request);
         studio.app.update();

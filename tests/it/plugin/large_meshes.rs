@@ -214,7 +214,9 @@ fn print_and_check(what: &str, mut report: Report) {
         "{what}: frames {frames} ms (idle {idle} ms; own work {own} ms); {} of {steps} show something new, {} a trace; rest {rest} ms",
         report.shown, report.traced
     );
-    if report.idle.0[report.idle.0.len() / 2] < QUIET {
+    if cfg!(debug_assertions) {
+        println!("not judged: times are those of an unoptimised engine");
+    } else if report.idle.0[report.idle.0.len() / 2] < QUIET {
         assert!(report.own.0[steps / 2] < 4.0, "half of all frames work less than 4 ms");
     } else {
         println!(
