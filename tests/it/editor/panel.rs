@@ -89,15 +89,16 @@ fn the_panel_and_the_model_do_not_steal_from_each_other() {
 #[test]
 fn tools_are_taken_by_the_strip() {
     let mut studio = editor(None);
-    let mut seen = Vec::new();
-    for row in 0..Tool::ALL.len() {
+    // The drawing tool asks for a file, which covers the strip: it comes last.
+    let (last, others): (Vec<_>, Vec<_>) =
+        Tool::ALL.into_iter().enumerate().partition(|(_, tool)| *tool == Tool::Drawing);
+    for (row, tool) in others.into_iter().chain(last) {
         studio.click(Vec2::new(22.0, 24.0 + 35.0 * row as f32));
         for _ in 0..2 {
             studio.app.update();
         }
-        seen.push(studio.tool());
+        assert_eq!(studio.tool(), tool);
     }
-    assert_eq!(seen, Tool::ALL);
 }
 
 #[test]
