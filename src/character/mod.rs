@@ -18,6 +18,8 @@ mod cache;
 mod check;
 mod clip;
 mod error;
+#[cfg(feature = "formats")]
+mod follow;
 mod joint;
 mod locate;
 mod model;
@@ -33,6 +35,8 @@ pub use bind::{BindProgress, BoundCharacter, CharacterPath};
 pub use cache::CacheUse;
 pub use clip::{Clip, Easing, Keys, Track};
 pub use error::{CharacterError, CharacterFault, DrawingFault, Place};
+#[cfg(feature = "formats")]
+pub use follow::{DrawingPlane, SkeletonMap};
 pub use joint::{Joint, JointPose};
 pub use model::Character;
 pub use part::{CageCorner, JoinChange, Part, WeightSource};
