@@ -1,12 +1,13 @@
 //! Characters whose paths are bound to their joints.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use glam::DAffine2;
 
 use super::cache::Cached;
-use super::{Character, CharacterError, Part};
+use super::{Character, CharacterError, JoinChange, Part};
 use crate::skin::{BoundChain, Chain, JoinRules, Measure, Posed, Quadrature, SkinError, SplineSkin, WeightField};
 
 /// A character whose paths are bound to its joints: handle `i` of the skin is joint `i`.
@@ -112,19 +113,26 @@ impl Character {
             joints.sort_unstable();
             works.push(Work { part, number, joints, chains: Vec::new() });
         }
+        let mut changes: HashMap<(usize, &str), Vec<&JoinChange>> = HashMap::new();
+        for (number, part) in self.parts.iter().enumerate() {
+            part.joins.iter().for_each(|join| changes.entry((number, &join.shape)).or_default().push(join));
+        }
         let mut count = 0;
         for (number, (shape, part)) in self.drawing.shapes.iter().zip(assigned).enumerate() {
             let Some(work) = part.and_then(|part| works.get_mut(part)) else { continue };
-            for (place, path) in shape.paths.iter().enumerate() {
-                let mut chain = Chain::planar(path, &JoinRules::default());
-                let is_own = |id: &String| shape.id.as_ref() == Some(id);
-                for join in work.part.joins.iter().filter(|join| is_own(&join.shape) && join.path == place) {
+            let own = shape.id.as_deref().and_then(|id| changes.get(&(work.number, id)));
+            let first = work.chains.len();
+            for (path, of_path) in shape.paths.iter().enumerate() {
+                let (part, z) = (work.number, work.part.z);
+                let place = CharacterPath { shape: number, path, chain: count, part, z };
+                work.chains.push((place, Chain::planar(of_path, &JoinRules::default())));
+                count += 1;
+            }
+            for join in own.into_iter().flatten() {
+                if let Some((_, chain)) = work.chains.get_mut(first.saturating_add(join.path)) {
                     // Joins were checked.
                     let _ = chain.set_join(join.anchor, join.kind);
                 }
-                let (part, z) = (work.number, work.part.z);
-                work.chains.push((CharacterPath { shape: number, path: place, chain: count, part, z }, chain));
-                count += 1;
             }
         }
         works.retain(|work| !work.chains.is_empty());

@@ -2,10 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
+use glam::DVec3;
+
 use super::locate::Step;
 use super::stored::{FARTHEST, LONGEST, MOST_DEGREES, MOST_SCALE};
-use super::{Character, CharacterError, CharacterFault, Clip, Keys, Part, WeightSource};
-use crate::skin::{Chain, JoinKind, JoinRules};
+use super::{Character, CharacterError, CharacterFault, Clip, JoinChange, Keys, Part, WeightSource};
+use crate::skin::{Chain, HandleShape, JoinKind, JoinRules};
 
 /// What is wrong, and with what.
 #[derive(Debug)]
@@ -25,10 +27,13 @@ const MOST_PARTS: usize = 10_000;
 const MOST_CORNERS: usize = 256;
 /// Triangles of the weights of a part.
 const TRIANGLES: [u32; 2] = [16, 20_000];
+/// Changes of joins, each as often as there are shapes of its name.
+const MOST_CHANGES: usize = 20_000;
 /// Segments times the joints that they follow, of all parts: a microsecond and 300 bytes each.
 const MOST_PAIRS: usize = 200_000;
-/// Triangles times joints of parts with bounded weights, and a tenth for corners of cages: some ten microseconds each.
-const MOST_SOLVED: usize = 30_000;
+/// Triangles times joints of parts whose weights are solved for. A triangle takes some 13 microseconds for a joint, and more in
+/// thin outlines.
+const MOST_SOLVED: usize = 20_000;
 
 impl Character {
     /// Checks that all fits together, as reading does: for characters that were changed.
@@ -189,6 +194,7 @@ impl Character {
     }
 
     fn check_joins(&self, assigned: &[Option<usize>]) -> Result<(), Flaw> {
+        let mut changes = 0;
         for (number, part) in self.parts.iter().enumerate().filter(|(_, part)| !part.joins.is_empty()) {
             let mut shapes: HashMap<&str, Vec<usize>> = HashMap::new();
             for (shape, _) in assigned.iter().enumerate().filter(|(_, of)| **of == Some(number)) {
@@ -196,32 +202,46 @@ impl Character {
                     shapes.entry(id).or_default().push(shape);
                 }
             }
+            let mut chains: HashMap<(usize, usize), Chain> = HashMap::new();
             for (place, join) in part.joins.iter().enumerate() {
-                let shape = || join.shape.clone();
-                let (path, anchor) = (join.path, join.anchor);
                 let failed = |fault| {
                     let at = [Step::Field("parts"), Step::Item(number), Step::Field("joins"), Step::Item(place)];
                     flaw(&at, &format!("part `{}`", part.name), fault)
                 };
-                let no_join = || failed(CharacterFault::NoSuchJoin { shape: shape(), path, anchor });
-                let found = shapes.get(join.shape.as_str()).ok_or_else(no_join)?;
-                let paths = found.iter().filter_map(|shape| self.drawing.shapes.get(*shape)?.paths.get(join.path));
-                let mut count = 0;
-                for path_found in paths {
-                    let chain = Chain::planar(path_found, &JoinRules::default());
-                    let [incoming, outgoing] = chain.handles(anchor).ok_or_else(no_join)?;
-                    let directed = incoming.length() > 0.0 && outgoing.length() > 0.0;
-                    if !directed && join.kind != JoinKind::Corner {
-                        return Err(failed(CharacterFault::NoDirection { shape: shape(), path, anchor }));
-                    }
-                    count += 1;
+                let found = shapes.get(join.shape.as_str()).map_or(&[][..], |shapes| shapes);
+                changes += found.len() + 1;
+                if changes > MOST_CHANGES {
+                    let (what, limit) = ("changes of joins", MOST_CHANGES);
+                    return Err(failed(CharacterFault::TooMany { what, found: changes, limit }));
                 }
-                if count == 0 {
-                    return Err(no_join());
-                }
+                self.check_join(join, found, &mut chains).map_err(failed)?;
             }
         }
         Ok(())
+    }
+
+    /// Checks a change of a join on the shapes of its name; `chains` are those that were made already.
+    fn check_join(
+        &self,
+        join: &JoinChange,
+        shapes: &[usize],
+        chains: &mut HashMap<(usize, usize), Chain>,
+    ) -> Result<(), CharacterFault> {
+        let (shape, path, anchor) = (join.shape.clone(), join.path, join.anchor);
+        let no_join = || CharacterFault::NoSuchJoin { shape: join.shape.clone(), path, anchor };
+        let mut is_found = false;
+        for number in shapes {
+            let Some(found) = self.drawing.shapes.get(*number).and_then(|shape| shape.paths.get(path)) else {
+                continue;
+            };
+            let chain = chains.entry((*number, path)).or_insert_with(|| Chain::planar(found, &JoinRules::default()));
+            let [incoming, outgoing] = chain.handles(anchor).ok_or_else(no_join)?;
+            if join.kind != JoinKind::Corner && !(incoming.length() > 0.0 && outgoing.length() > 0.0) {
+                return Err(CharacterFault::NoDirection { shape, path, anchor });
+            }
+            is_found = true;
+        }
+        is_found.then_some(()).ok_or_else(no_join)
     }
 
     fn check_cost(&self, assigned: &[Option<usize>]) -> Result<(), Flaw> {
@@ -241,16 +261,32 @@ impl Character {
             return Err(too_costly("segments times joints", pairs, MOST_PAIRS));
         }
         let solved = self.parts.iter().zip(used).filter(|(part, used)| *used && part.follows.len() > 1);
-        let cost = |part: &Part| match part.weights.as_ref().unwrap_or(&self.weights) {
-            WeightSource::Shepard { .. } => 0,
-            WeightSource::Bounded { triangles, .. } => *triangles as usize * part.follows.len(),
-            WeightSource::Cage { triangles, corners } => *triangles as usize * corners.len() / 10,
-        };
+        let cost = |part: &Part| self.solved_cost(part);
         let found = solved.fold(0_usize, |sum, (part, _)| sum.saturating_add(cost(part)));
         if found > MOST_SOLVED {
             return Err(too_costly("triangles times joints", found, MOST_SOLVED));
         }
         Ok(())
+    }
+
+    /// Triangles times joints of a part whose weights are solved for; a cage's corners count a tenth. Handles are vertices too: four more triangles for each.
+    fn solved_cost(&self, part: &Part) -> usize {
+        match self.source_of(part) {
+            WeightSource::Shepard { .. } => 0,
+            WeightSource::Bounded { triangles, .. } => {
+                let joints: Vec<u32> = part.follows.iter().map(|joint| *joint as u32).collect();
+                let ends: Vec<[DVec3; 2]> = self.handles_of(part, &joints).iter().map(HandleShape::ends).collect();
+                let all = || ends.iter().flatten().copied();
+                let extent = all().fold(DVec3::MIN, DVec3::max).distance(all().fold(DVec3::MAX, DVec3::min));
+                // As far apart as vertices will be at least.
+                let step = extent / f64::from(*triangles).sqrt();
+                let places = |[from, to]: &[DVec3; 2]| 1 + (from.distance(*to) / step).min(1e6) as usize;
+                let triangles = f64::from(*triangles) + 4.0 * ends.iter().map(places).sum::<usize>() as f64;
+                // Solving takes more than twice as long for twice as many.
+                ((triangles * (triangles / 1000.0).sqrt().max(1.0)) as usize).saturating_mul(ends.len())
+            }
+            WeightSource::Cage { triangles, corners } => (*triangles as usize + 4 * corners.len()) * corners.len() / 10,
+        }
     }
 
     fn check_clip<'a>(&'a self, number: usize, clip: &'a Clip, names: &mut HashSet<&'a str>) -> Result<(), Flaw> {

@@ -69,6 +69,10 @@ impl WeightField for PartField {
 /// A bone that counts in bounded weights is shorter by this share at either end.
 const SHORTER: f64 = 0.1;
 
+/// Vertices that a thin outline may add, as a multiple of triangles: twice those of an even one.
+#[cfg(feature = "weights")]
+const SPARE: usize = 1;
+
 impl Character {
     /// Where the weights of a part come from.
     pub(super) fn source_of<'a>(&'a self, part: &'a Part) -> &'a WeightSource {
@@ -137,14 +141,14 @@ fn solved(
         WeightSource::Cage { triangles, corners } => {
             let places: Vec<DVec2> = corners.iter().map(|corner| corner.at).collect();
             let cage = Cage::new(&places).map_err(failed)?;
-            let field = MeshedWeights::harmonic(&cage, *triangles as usize).map_err(failed)?;
+            let field = MeshedWeights::harmonic_within(&cage, *triangles as usize, SPARE).map_err(failed)?;
             let place = |joint: usize| joints.iter().position(|of| *of as usize == joint).unwrap_or(usize::MAX);
             let joints_of_corners = corners.iter().map(|corner| place(corner.joint)).collect();
             Ok(PartField::Cage { field, joints: joints_of_corners, count: joints.len() })
         }
         WeightSource::Bounded { triangles, outline } => {
             let cage = if outline.is_empty() { around(handles, chains) } else { Cage::new(outline) };
-            let field = MeshedWeights::biharmonic(&cage.map_err(failed)?, handles, *triangles as usize);
+            let field = MeshedWeights::biharmonic_within(&cage.map_err(failed)?, handles, *triangles as usize, SPARE);
             Ok(PartField::Bounded(field.map_err(failed)?))
         }
         WeightSource::Shepard { .. } => Ok(PartField::Rigid),

@@ -101,7 +101,8 @@ fn solved_weights_fade_from_joint_to_joint() {
         let path =
             bound.paths.iter().find(|p| character.drawing.shapes[p.shape].id.as_deref() == Some("sleeve")).unwrap();
         let rest = bound.skin.at_rest();
-        for (point, at) in bound.skin.points(&posed, path.chain).zip(bound.skin.points(&rest, path.chain)) {
+        // Anchors lie on the curve.
+        for (point, at) in bound.skin.points(&posed, path.chain).zip(bound.skin.points(&rest, path.chain)).step_by(3) {
             let share = (point.y - at.y) / 10.0;
             assert!((-0.2..=1.2).contains(&share), "{weights} {at} {share}");
             assert!(at.x > 130.0 || share < 0.3, "{weights} {at} {share}");

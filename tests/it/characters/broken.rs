@@ -204,8 +204,8 @@ fn the_most_that_a_file_can_ask_for() {
     ];
     if cfg!(feature = "weights") {
         let bounded = |triangles: usize| format!(", weights: Bounded(triangles: {triangles})");
-        cases.push(("2 × 15,000 triangles", head(2) + &part(2, &bounded(15_000)) + ")", drawing(100, 30.0)));
-        cases.push(("30 × 1,000 triangles", head(30) + &part(30, &bounded(1_000)) + ")", drawing(100, 30.0)));
+        cases.push(("2 × 4,000 triangles", head(2) + &part(2, &bounded(4_000)) + ")", drawing(100, 30.0)));
+        cases.push(("24 × 500 triangles", head(24) + &part(24, &bounded(500)) + ")", drawing(100, 30.0)));
         let corners = |count: usize| {
             let place = |i: usize| std::f64::consts::TAU * i as f64 / count as f64;
             let corner = |i| format!("(\"j{}\", ({}, {})),", i % 2, 90.0 * place(i).cos(), 90.0 * place(i).sin());
@@ -213,8 +213,16 @@ fn the_most_that_a_file_can_ask_for() {
         };
         let cage =
             |count: usize, triangles| format!(", weights: Cage(triangles: {triangles}, corners: [{}])", corners(count));
-        cases.push(("a cage of 15 × 20,000", head(2) + &part(2, &cage(15, 20_000)) + ")", drawing(100, 30.0)));
-        cases.push(("a cage of 256 × 1,170", head(2) + &part(2, &cage(256, 1_170)) + ")", drawing(100, 30.0)));
+        cases.push(("a cage of 9 × 20,000", head(2) + &part(2, &cage(9, 20_000)) + ")", drawing(100, 30.0)));
+        cases.push(("a cage of 100 × 1,500", head(2) + &part(2, &cage(100, 1_500)) + ")", drawing(100, 30.0)));
+        // Teeth so thin that they take all vertices that there may be.
+        let teeth: String = (0..120)
+            .map(|i| format!("({}, 1), ({}, 60),", 0.1 + 0.3 * f64::from(i), 0.2501 + 0.3 * f64::from(i)))
+            .collect();
+        let comb =
+            format!(", weights: Bounded(triangles: 4000, outline: [(-2, 1), {teeth} (38, 1), (38, -9), (-2, -9)])");
+        let joints = "(version: 1, name: \"x\", drawing: \"x.svg\", joints: [(name: \"j0\", at: (1, -4), tip: (15, -4)), (name: \"j1\", at: (20, -4), tip: (35, -4))], ";
+        cases.push(("a comb", joints.to_owned() + &part(2, &comb) + ")", drawing(100, 30.0)));
     }
     let mut too_slow = Vec::new();
     for (what, text, drawing) in cases {
