@@ -3,6 +3,7 @@
 //! `cargo run --features editor --example editor -- [MESH]`; `--help` says the rest, and `?` in the window shows the keys.
 
 mod arguments;
+mod idle;
 mod proof;
 mod samples;
 mod script;
@@ -76,7 +77,7 @@ fn run(arguments: Arguments) -> AppExit {
         ))
         .add_plugins((SurfaceSplineEditorPlugin, ModelPlugin, CameraPlugin, StagePlugin))
         .add_observer(open_document)
-        .add_plugins((samples::plugin, script::plugin, tour::plugin))
+        .add_plugins((idle::plugin, samples::plugin, script::plugin, tour::plugin))
         .run()
 }
 

@@ -21,7 +21,7 @@ use crate::arguments::Arguments;
 /// Frames that follow everything that is done, so that background work and panels come to rest.
 const SETTLE: u32 = 4;
 /// After this many seconds without an end something is wrong.
-const TIME_LIMIT: f32 = 480.0;
+const TIME_LIMIT: f32 = 1200.0;
 
 #[derive(Resource, Default)]
 struct Tour {
@@ -188,8 +188,9 @@ fn strike(key: KeyCode) -> Vec<Step> {
     vec![Step::Key(key, ButtonState::Pressed), Step::Key(key, ButtonState::Released), Step::Wait(1)]
 }
 
+/// Comes from a pixel aside, so that the pointer has moved to the place before the button goes down.
 fn press(from: Vec2) -> Vec<Step> {
-    vec![Step::Move(from), Step::Wait(1), Step::Button(ButtonState::Pressed)]
+    vec![Step::Move(from - Vec2::X), Step::Wait(2), Step::Move(from), Step::Wait(2), Step::Button(ButtonState::Pressed)]
 }
 
 fn way(places: &[Vec2]) -> Vec<Step> {
@@ -260,7 +261,7 @@ fn all_steps() -> VecDeque<Step> {
         // Insert: where a click would add an anchor to the wave.
         vec![Step::Take(0)],
         strike(KeyCode::KeyI),
-        vec![Step::Wait(SETTLE), Step::Move(at(300.0, 362.0)), Step::Move(at(301.0, 362.0))],
+        vec![Step::Wait(SETTLE), Step::Move(at(300.0, 400.0)), Step::Move(at(301.0, 400.0))],
         picture("insert"),
         strike(KeyCode::Escape),
         // Join kinds.
@@ -284,6 +285,15 @@ fn all_steps() -> VecDeque<Step> {
         vec![Step::Wait(30), Step::Act(EditorAction::Take(bevy_surface_splines::editor::Tool::Select))],
         vec![Step::Move(away)],
         picture("placed"),
+        // Brush: the wave by hand, as a line, is smoothed in its middle.
+        vec![Step::Take(4), Step::Wait(2), Step::Act(EditorAction::ToLines), Step::Wait(30)],
+        strike(KeyCode::KeyB),
+        press(wave[6]),
+        way(&wave[6..16]),
+        way(&wave[6..16]),
+        picture("brush"),
+        release(),
+        vec![Step::Act(EditorAction::Take(bevy_surface_splines::editor::Tool::Select))],
         // The tabs: properties, numbers, history.
         vec![Step::Take(0), Step::Wait(2)],
         click(at(793.0, 21.0)),

@@ -399,6 +399,10 @@ impl Desk<'_, '_> {
             self.send(entity, SplineEdit::Open { anchor });
             return;
         }
+        if anchor == 0 || anchor as usize + 1 == spline.anchors().len() {
+            self.notices.info("The curve ends here: select an anchor between its ends to cut it there.");
+            return;
+        }
         match spline.split(anchor) {
             Ok([_, behind]) => {
                 self.history.begin("Split spline");

@@ -10,7 +10,7 @@ use bevy::input::mouse::{AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::prelude::*;
 use bevy::window::{CursorMoved, PrimaryWindow};
 
-use super::input::{FreeView, Modifiers, PanelInput, keyboard_is_free};
+use super::input::{FreeView, Modifiers, NumberExpected, PanelInput, keyboard_is_free};
 use super::model::{Model, ModelOpened};
 use super::selection::Selection;
 use super::tools::TakesWheel;
@@ -88,7 +88,11 @@ pub(crate) fn plugin(app: &mut App) {
         .init_resource::<FreeView>()
         .init_resource::<PanelInput>()
         .add_message::<PinchGesture>()
-        .add_systems(Update, (begin_gestures, follow_gestures, scroll, strike_keys.run_if(keyboard_is_free)).chain())
+        .init_resource::<NumberExpected>()
+        .add_systems(
+            Update,
+            (begin_gestures, follow_gestures, scroll, strike_keys.in_set(ViewKeys).run_if(keyboard_is_free)).chain(),
+        )
         .add_systems(PostUpdate, frame.before(TransformSystems::Propagate));
 }
 
@@ -249,15 +253,21 @@ fn toggle_perspective(orbit: &Orbit, transform: &mut Transform, projection: &mut
     }
 }
 
+/// The keys that turn the view, which come after those that may expect a number.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct ViewKeys;
+
 fn strike_keys(
     mut cameras: Cameras,
     keys: Res<ButtonInput<KeyCode>>,
+    (number, time): (Res<NumberExpected>, Res<Time<Real>>),
     selection: Res<Selection>,
     traces: Query<(&SplineTrace, &OnSurface)>,
     surfaces: SurfaceQueries,
 ) {
     use std::f32::consts::FRAC_PI_2;
-    let struck = |key, pad| keys.just_pressed(key) || keys.just_pressed(pad);
+    let is_number = number.is_near(time.elapsed());
+    let struck = |key, pad| !is_number && (keys.just_pressed(key) || keys.just_pressed(pad));
     let side = if struck(KeyCode::Digit1, KeyCode::Numpad1) {
         Some((0.0, 0.0))
     } else if struck(KeyCode::Digit3, KeyCode::Numpad3) {

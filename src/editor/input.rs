@@ -1,5 +1,7 @@
 //! Whose input it is: a panel's or the viewport's.
 
+use std::time::Duration;
+
 use bevy::ecs::system::SystemParam;
 use bevy::input::ButtonState;
 use bevy::input::keyboard::KeyboardInput;
@@ -23,6 +25,24 @@ pub struct FreeView(pub Option<Rect>);
 /// Whether keys belong to what a tool is doing: digits are a number then.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ToolKeys(pub(crate) bool);
+
+/// When a transform was asked for by its key last: digits after it are a number, also where there was nothing to transform, and turn no
+/// view.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct NumberExpected(Option<Duration>);
+
+impl NumberExpected {
+    /// A number is typed within this.
+    const WITHIN: Duration = Duration::from_secs(2);
+
+    pub(crate) fn expect(&mut self, now: Duration) {
+        self.0 = Some(now);
+    }
+
+    pub(crate) fn is_near(&self, now: Duration) -> bool {
+        self.0.is_some_and(|asked| now.saturating_sub(asked) < Self::WITHIN)
+    }
+}
 
 /// Whether keys are neither typed into a field of a panel nor into a transform.
 pub(crate) fn keyboard_is_free(panel: Res<PanelInput>, tool: Option<Res<ToolKeys>>) -> bool {

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::actions::EditorAction;
-use super::input::{Modifiers, PanelInput, StruckKeys, ToolKeys, keyboard_is_free};
+use super::input::{Modifiers, NumberExpected, PanelInput, StruckKeys, ToolKeys, keyboard_is_free};
 use super::tools::transform::TransformMode;
 use super::tools::{Tool, ToolPointer};
 use crate::plugin::DragState;
@@ -131,7 +131,7 @@ pub const HINTS: &[Hint] = &[
 ];
 
 pub(crate) fn plugin(app: &mut App) {
-    app.add_systems(Update, strike);
+    app.init_resource::<NumberExpected>().add_systems(Update, strike.before(super::camera::ViewKeys));
 }
 
 fn strike(
@@ -140,6 +140,7 @@ fn strike(
     (drag, pointer): (Res<DragState>, Res<ToolPointer>),
     (panel, tool): (Res<PanelInput>, Option<Res<ToolKeys>>),
     mut was_held: Local<bool>,
+    (mut numbers, time): (ResMut<NumberExpected>, Res<Time<Real>>),
     mut actions: MessageWriter<EditorAction>,
 ) {
     let struck = keys.read();
@@ -159,7 +160,11 @@ fn strike(
         };
         let found = BINDINGS.iter().find(|b| b.key == key && b.control == control && b.shift == shift);
         if let Some(action) = found.and_then(|binding| binding.action) {
-            actions.write(action());
+            let action = action();
+            if matches!(action, EditorAction::Transform(_)) {
+                numbers.expect(time.elapsed());
+            }
+            actions.write(action);
         }
     }
 }

@@ -154,7 +154,10 @@ fn read(open: &OpenModel) -> Result<Read, String> {
         None => (parse_mesh(BUNDLED, MeshFormat::Obj), "Pebble (bundled)".to_string()),
         Some(path) => (read_mesh(path), file_name(path)),
     };
-    let mut triangles = triangles.map_err(|error| error.to_string())?;
+    let mut triangles = triangles.map_err(|error| {
+        let error = error.to_string();
+        if error.contains(&name) { error } else { format!("{name}: {error}") }
+    })?;
     let (centre, unit) = sphere_around(&triangles);
     let fingerprint = Fingerprint(triangles.fingerprint());
     let model = Model { name, bundled: path.is_none(), path, fingerprint, centre, unit };

@@ -4,18 +4,22 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bevy::prelude::*;
-use glam::DMat4;
+use glam::{DMat4, DVec2};
 
 use super::save::Scene;
 use super::{FileTasks, fetch};
 use crate::curve::{Spline, Trace};
+use crate::editor::curves::Curve;
 use crate::editor::notices::Notices;
 use crate::format::export::TraceExport;
 use crate::format::save::replace_file;
 use crate::geodesic::PathFinder;
 use crate::placement::{Placement, drawing_about, drawing_in_view};
 use crate::surface::Surface;
-use crate::vector::{Drawing, export_svg};
+use crate::vector::{self, Drawing, Paint, ViewBox, export_svg};
+
+/// The width of an ordinary line, as a share of the page.
+const LINE: f64 = 0.004;
 
 /// Where to, and how many curves; or why not.
 pub(crate) type ExportResult = Result<(PathBuf, usize), String>;
@@ -33,6 +37,9 @@ pub enum ExportKind {
 /// What a curve is for an export.
 struct Source {
     name: String,
+    color: Color,
+    /// Of its line, in logical pixels.
+    width: f32,
     spline: Spline,
     trace: Option<Arc<Trace>>,
 }
@@ -57,6 +64,8 @@ impl Scene<'_, '_> {
             .into_iter()
             .map(|(curve, spline, _, trace)| Source {
                 name: curve.name.clone(),
+                color: curve.color,
+                width: curve.width,
                 spline: (**spline).clone(),
                 trace: trace.map(|trace| trace.trace().clone()),
             })
@@ -74,10 +83,11 @@ impl Scene<'_, '_> {
 fn export(surface: &Surface, sources: &[Source], path: PathBuf, view: Option<DMat4>) -> ExportResult {
     let is_drawing = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
     if is_drawing {
-        let drawing = match view {
+        let mut drawing = match view {
             None => unrolled(surface, sources)?,
             Some(view) => drawing_in_view(traces(sources)?, &view).map_err(|error| error.to_string())?,
         };
+        dress(&mut drawing, sources);
         let text = export_svg(&drawing);
         replace_file(&path, |file| file.write_all(text.as_bytes())).map_err(|error| error.to_string())?;
     } else {
@@ -88,6 +98,25 @@ fn export(surface: &Surface, sources: &[Source], path: PathBuf, view: Option<DMa
         export.save(&path).map_err(|error| error.to_string())?;
     }
     Ok((path, sources.len()))
+}
+
+/// Gives each curve its name and colour, and the page its size: without one, other programs show a corner.
+fn dress(drawing: &mut Drawing, sources: &[Source]) {
+    let Some((min, max)) = drawing.bounds() else { return };
+    let size = (max - min).max_element();
+    let hair = LINE * size / f64::from(Curve::WIDTH);
+    let mut widest = 0.0_f64;
+    for (shape, source) in drawing.shapes.iter_mut().zip(sources) {
+        shape.id = Some(source.name.split_whitespace().collect::<Vec<_>>().join("_"));
+        let [red, green, blue, alpha] = source.color.to_srgba().to_f32_array();
+        if let Some(stroke) = &mut shape.style.stroke {
+            stroke.paint = Paint::Color(vector::Color { red, green, blue, alpha });
+            stroke.width = hair * f64::from(source.width);
+            widest = widest.max(stroke.width);
+        }
+    }
+    let margin = DVec2::splat(widest.max(0.02 * size));
+    drawing.view_box = Some(ViewBox { min: min - margin, size: max - min + 2.0 * margin });
 }
 
 fn traces(sources: &[Source]) -> Result<Vec<&Trace>, String> {

@@ -81,6 +81,11 @@ impl Question {
     pub fn decides_for_good(&self) -> bool {
         matches!(self.then, Then::Recover(_))
     }
+
+    /// Whether saving first would lose nothing: once that is done ([`FileRequest::Save`]), the question has answered itself.
+    pub fn offers_saving(&self) -> bool {
+        matches!(self.then, Then::Open(_) | Then::Close(_))
+    }
 }
 
 impl DocumentFile {

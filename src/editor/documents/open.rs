@@ -194,7 +194,7 @@ impl Stage<'_, '_> {
             self.recent.note(&opened.path);
         }
         self.files.path = (!never_saved).then(|| opened.path.clone());
-        let name = opened.path.file_name().unwrap_or_default().to_string_lossy();
+        let name = opened.path.file_name().map_or("what was not saved".into(), |name| name.to_string_lossy());
         let all = restored.splines.len() + restored.lines.len();
         self.notices.info(format!("Opened {name}: {} curves", all - left_out));
     }

@@ -6,7 +6,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use glam::DMat4;
 
-use super::{DocumentFile, FileTasks, RecentDocuments, autosave, fetch};
+use super::{DocumentFile, FileRequest, FileTasks, Question, RecentDocuments, autosave, fetch};
 use crate::editor::camera::{Orbit, view_of};
 use crate::editor::curves::Curve;
 use crate::editor::history::{History, Revision};
@@ -90,17 +90,23 @@ pub(crate) fn collect(
     mut history: ResMut<History>,
     mut notices: ResMut<Notices>,
     settings: Res<super::AutosaveSettings>,
+    mut requests: MessageWriter<FileRequest>,
 ) {
     match fetch(&mut tasks.saving) {
         Some(Ok((path, revision))) => {
             history.mark_saved(revision);
+            if !history.is_dirty() && files.question().is_some_and(Question::offers_saving) {
+                requests.write(FileRequest::Answer(true));
+            }
             autosave::discard(files.path(), &settings);
             notices.info(format!("Saved {}", path.display()));
             recent.note(&path);
             files.path = Some(path);
         }
         Some(Err((path, error))) => {
-            notices.error(format!("{} was not saved, and is as it was: {error}", path.display()))
+            let (name, error) = (path.display().to_string(), error.to_string());
+            let what = if error.starts_with(&name) { error } else { format!("{name} was not saved: {error}") };
+            notices.error(if path.exists() { format!("{what}. What was there is as it was.") } else { what });
         }
         None => {}
     }

@@ -160,12 +160,13 @@ pub(crate) fn show(ctx: &egui::Context, files: &mut Files) {
 
 fn show_question(ctx: &egui::Context, files: &mut Files) {
     let Some(question) = files.document.as_ref().and_then(|document| document.question().cloned()) else { return };
-    let mut answer = None;
+    let (mut answer, mut saves) = (None, false);
     let modal = egui::Modal::new("question".into()).frame(theme::card().inner_margin(20)).show(ctx, |ui| {
         ui.set_max_width(360.0);
         ui.label(&question.text);
         ui.add_space(8.0);
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
+            saves = question.offers_saving() && ui.button("Save first").clicked();
             answer = ui.button(question.yes).clicked().then_some(true);
             if ui.button(question.no).clicked() {
                 answer = Some(false);
@@ -175,7 +176,10 @@ fn show_question(ctx: &egui::Context, files: &mut Files) {
     if modal.should_close() && !question.decides_for_good() {
         answer = Some(false);
     }
-    if let (Some(answer), Some(requests)) = (answer, &mut files.requests) {
+    let Some(requests) = &mut files.requests else { return };
+    if saves {
+        requests.write(FileRequest::Save);
+    } else if let Some(answer) = answer {
         requests.write(FileRequest::Answer(answer));
     }
 }

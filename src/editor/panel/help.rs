@@ -10,8 +10,8 @@ const SECTIONS: [&str; 5] = ["Tools", "Edit", "Files", "View", "Panel"];
 /// Width of the column of keys.
 const LABELS: f32 = 190.0;
 
-/// Shows the overlay; whether it is to stay.
-pub(crate) fn show(ctx: &egui::Context, search: &mut String) -> bool {
+/// Shows the overlay; whether it is to stay. The key that opened it, which the first frame still sees, does not close it.
+pub(crate) fn show(ctx: &egui::Context, search: &mut String, is_new: bool) -> bool {
     let mut stays = true;
     let shade = egui::Color32::from_black_alpha(120);
     let modal =
@@ -36,7 +36,7 @@ pub(crate) fn show(ctx: &egui::Context, search: &mut String) -> bool {
         });
     // Also while the search has the keyboard; a question mark looks for nothing.
     let closes = ctx.input(|input| input.key_pressed(egui::Key::F1) || input.key_pressed(egui::Key::Escape));
-    stays && !modal.should_close() && !closes && search != "?"
+    is_new || (stays && !modal.should_close() && !closes && search != "?")
 }
 
 fn show_keys(ui: &mut egui::Ui, search: &str) {

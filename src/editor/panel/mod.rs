@@ -2,6 +2,8 @@
 //!
 //! It shows what resources and components say, and asks for changes by messages, as any other system could.
 
+use bevy::input::ButtonState;
+use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
 use bevy_egui::input::EguiWantsInput;
@@ -41,6 +43,8 @@ const SHARE: f32 = 0.38;
 pub(crate) struct Layout {
     pub(crate) panel_hidden: bool,
     pub(crate) help: bool,
+    /// Whether it was opened in this frame.
+    help_is_new: bool,
     /// Whether the keyboard is to go into the panel.
     pub(crate) focus_panel: bool,
     pub(crate) tab: Tab,
@@ -65,7 +69,7 @@ impl Tab {
     const ALL: [(Self, &str); 4] = [
         (Self::Scene, "Scene"),
         (Self::Properties, "Properties"),
-        (Self::Statistics, "Numbers"),
+        (Self::Statistics, "Statistics"),
         (Self::History, "History"),
     ];
 }
@@ -110,16 +114,16 @@ fn take_tab(egui: Res<EguiWantsInput>, mut inputs: Query<&mut EguiInput>) {
     }
 }
 
-fn strike(
-    keys: Res<ButtonInput<KeyCode>>,
-    typed: Res<ButtonInput<bevy::input::keyboard::Key>>,
-    mut layout: ResMut<Layout>,
-) {
-    use bevy::input::keyboard::Key;
-    // Where the question mark is depends on the keyboard's layout.
+fn strike(keys: Res<ButtonInput<KeyCode>>, mut struck: MessageReader<KeyboardInput>, mut layout: ResMut<Layout>) {
+    // Where the question mark is depends on the keyboard's layout. `ButtonInput` would take it for held for ever where Shift is let go
+    // of first: then it is another character that ends.
+    let asks = struck.read().any(|key| {
+        let is_pressed = key.state == ButtonState::Pressed && !key.repeat;
+        is_pressed && (key.key_code == KeyCode::F1 || key.logical_key == Key::Character("?".into()))
+    });
     // While it is open, help closes itself.
-    if !layout.help && (keys.just_pressed(KeyCode::F1) || typed.just_pressed(Key::Character("?".into()))) {
-        (layout.help, layout.search) = (true, String::new());
+    if !layout.help && asks {
+        (layout.help, layout.help_is_new, layout.search) = (true, true, String::new());
     }
     if keys.just_pressed(KeyCode::Tab) {
         layout.panel_hidden = !layout.panel_hidden;
@@ -158,7 +162,8 @@ fn show(
     notices::show(ctx, left..=right, &mut notices, &mut actions);
     files::show(ctx, &mut files);
     if layout.help {
-        layout.help = help::show(ctx, &mut layout.search);
+        let is_new = std::mem::take(&mut layout.help_is_new);
+        layout.help = help::show(ctx, &mut layout.search, is_new);
     }
     let free = FreeView(Some(Rect::new(left, window.top(), right, bottom)));
     free_view.set_if_neq(free);

@@ -135,15 +135,19 @@ fn show_position(
     let mut typed = position.to_array();
     let speed = 0.002 * model.unit;
     ui.add_space(4.0);
-    ui.label("Position").on_hover_text("In the model's own units; the nearest place on the surface is taken");
+    ui.label("Position").on_hover_text(
+        "In the model's own units. The anchor goes to the nearest place on the surface, so that other numbers may come of it",
+    );
     let (mut moved, mut slides, mut ended) = (false, false, false);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         for (axis, value) in ["x", "y", "z"].into_iter().zip(&mut typed) {
+            let before = *value;
             let field = egui::DragValue::new(value).speed(speed).update_while_editing(false);
             let field = field.custom_formatter(|value, _| significant(value, 4)).prefix(format!("{axis} "));
             let response = ui.add(field.max_decimals(9));
-            moved |= response.changed();
+            // A field that is left as it was gives back what it shows, which is rounded.
+            moved |= response.changed() && significant(*value, 4) != significant(before, 4);
             slides |= response.dragged();
             ended |= response.drag_stopped();
         }

@@ -119,7 +119,7 @@ fn show_list(ui: &mut egui::Ui, layout: &mut Layout, scene: &Scene, actions: &mu
     // Thousands of rows would take longer to lay out than a frame has.
     let height = ui.text_style_height(&egui::TextStyle::Button) + 8.0;
     // As much as the window has; what is around it keeps its place.
-    let rows = (ui.ctx().viewport_rect().height() - 380.0).max(160.0);
+    let rows = (ui.ctx().viewport_rect().bottom() - ui.cursor().top() - 110.0).max(160.0);
     let rows = egui::ScrollArea::vertical().max_height(rows).auto_shrink([false, true]);
     rows.show_rows(ui, height, curves.len(), |ui, shown| {
         for (entity, curve, state) in &curves[shown] {
@@ -144,10 +144,11 @@ fn show_row(
     let selected = scene.selection.has_spline(entity);
     let mut changed = curve.clone();
     ui.horizontal(|ui| {
-        let mut rgb = curve.color.to_srgba().to_f32_array_no_alpha();
+        let mut rgb = curve.color.to_srgba().to_u8_array_no_alpha();
         ui.spacing_mut().interact_size = egui::vec2(16.0, 16.0);
-        if ui.color_edit_button_rgb(&mut rgb).on_hover_text("Its colour where it is not selected").changed() {
-            changed.color = Color::srgb_from_array(rgb);
+        if ui.color_edit_button_srgb(&mut rgb).on_hover_text("Its colour where it is not selected").changed() {
+            let [red, green, blue] = rgb;
+            changed.color = Color::srgb_u8(red, green, blue);
         }
         if let Some(reason) = failed {
             ui.label(egui::RichText::new("⚠").color(theme::ERROR)).on_hover_text(reason);
@@ -191,7 +192,15 @@ fn show_row(
 /// The field in which a name is changed; Enter or a click elsewhere keeps it, Escape does not.
 fn rename(ui: &mut egui::Ui, layout: &mut Layout, curve: &mut Curve) {
     let Some((_, name)) = &mut layout.renaming else { return };
-    let field = ui.add(egui::TextEdit::singleline(name).desired_width(90.0));
+    let id = egui::Id::new("rename");
+    if !ui.memory(|memory| memory.has_focus(id)) {
+        // All of it is selected: mostly another name is wanted.
+        let mut state = egui::text_edit::TextEditState::default();
+        let end = egui::text::CCursor::new(name.chars().count());
+        state.cursor.set_char_range(Some(egui::text::CCursorRange::two(egui::text::CCursor::default(), end)));
+        state.store(ui.ctx(), id);
+    }
+    let field = ui.add(egui::TextEdit::singleline(name).id(id).desired_width(90.0));
     if field.lost_focus() {
         let keeps = !ui.input(|input| input.key_pressed(egui::Key::Escape)) && !name.trim().is_empty();
         if keeps {

@@ -11,7 +11,7 @@ use crate::editor::documents::{DocumentFile, FileRequest};
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::drawing::DrawingInHand;
-use crate::editor::tools::freehand::Freehand;
+use crate::editor::tools::freehand::{Freehand, FreehandSettings};
 use crate::editor::tools::gizmo::GizmoPart;
 use crate::editor::tools::pen::PenStart;
 use crate::editor::tools::pointer::Target;
@@ -29,6 +29,7 @@ pub(crate) struct Status<'w, 's> {
     pen: Res<'w, PenStart>,
     transforming: Res<'w, Transforming>,
     freehand: Res<'w, Freehand>,
+    settings: Res<'w, FreehandSettings>,
     files: Option<Res<'w, DocumentFile>>,
     hand: Res<'w, DrawingInHand>,
     pointer: Res<'w, ToolPointer>,
@@ -65,6 +66,13 @@ impl Status<'_, '_> {
         self.hint() + suffix
     }
 
+    /// The name of the curve that the pen goes on with; a closed one is done, and so is one that is not there any more.
+    fn continued(&self) -> Option<&str> {
+        let entity = self.pen.continues()?;
+        let spline = self.splines.get(entity).ok()?;
+        Some(self.curves.get(entity).ok()?.name.as_str()).filter(|_| !spline.is_closed())
+    }
+
     fn hint(&self) -> String {
         if let Some(SurfaceState::Pending { progress }) =
             self.surfaces.iter().find(|state| matches!(state, SurfaceState::Pending { .. }))
@@ -98,15 +106,17 @@ impl Status<'_, '_> {
         let spline = self.selection.spline().and_then(|entity| self.splines.get(entity).ok());
         match (*self.tool, spline) {
             (Tool::Pen, _) if self.pen.0.is_some() => "Click on the model: the second point · drag for a smooth one",
-            (Tool::Pen, _) if self.pen.continues().is_some() => {
-                let curve = self.pen.continues().and_then(|curve| self.curves.get(curve).ok());
-                let name = curve.map_or("the curve", |curve| &curve.name);
+            (Tool::Pen, _) if self.continued().is_some() => {
+                let name = self.continued().unwrap_or_default();
                 return format!(
                     "Continues {name}: click adds a corner, drag a smooth anchor · click its first anchor to close · Enter ends"
                 );
             }
             (Tool::Pen, _) => {
                 "Click on the model to begin a curve, drag for a smooth anchor; click the last anchor of a curve to continue it"
+            }
+            (Tool::Freehand, _) if self.settings.as_line => {
+                "Drag on the model to draw; the line can be smoothed in the panel · V selects"
             }
             (Tool::Freehand, _) => "Drag on the model to draw; the line becomes a spline · V selects",
             (Tool::Insert, _) => "Click on a curve to add an anchor there · V selects",

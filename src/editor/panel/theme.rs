@@ -13,7 +13,21 @@ const PANEL: Color32 = Color32::from_rgb(31, 34, 40);
 const EDGE: Color32 = Color32::from_rgb(58, 63, 73);
 
 pub(crate) fn plugin(app: &mut App) {
-    app.add_systems(EguiPrimaryContextPass, set_style.run_if(run_once));
+    app.add_systems(EguiPrimaryContextPass, (set_style.run_if(run_once), draw_glyphs).chain());
+}
+
+/// Has all usual letters drawn before they are needed: one that is new to the texture is missing for a frame.
+fn draw_glyphs(mut contexts: EguiContexts, mut drawn_at: Local<f32>) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    let scale = ctx.pixels_per_point();
+    if std::mem::replace(&mut *drawn_at, scale) != scale {
+        let letters: String = (' '..='~').chain("·–…°²³×⚠κ".chars()).collect();
+        let fonts: Vec<egui::FontId> = ctx.global_style().text_styles.values().cloned().collect();
+        for font in fonts {
+            let _ = ctx.fonts_mut(|drawn| drawn.layout_no_wrap(letters.clone(), font, Color32::WHITE));
+        }
+    }
+    Ok(())
 }
 
 pub(crate) fn egui_color(color: Color, opacity: f32) -> Color32 {

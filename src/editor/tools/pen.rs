@@ -54,6 +54,8 @@ pub(crate) struct Desk<'w, 's> {
     commands: Commands<'w, 's>,
     finder: Local<'s, PathFinder>,
     pulling: Local<'s, Option<Pulling>>,
+    /// Whether an anchor was added that no spline has yet.
+    has_added: Local<'s, bool>,
     next: ResMut<'w, NextNumber>,
     selection: ResMut<'w, Selection>,
     start: ResMut<'w, PenStart>,
@@ -66,8 +68,15 @@ pub(crate) struct Desk<'w, 's> {
     surfaces: Query<'w, 's, &'static BuiltSurface>,
 }
 
-pub(crate) fn draw(tool: Res<Tool>, pointer: Res<ToolPointer>, drag: Res<DragState>, mut desk: Desk) {
+pub(crate) fn draw(
+    tool: Res<Tool>,
+    pointer: Res<ToolPointer>,
+    drag: Res<DragState>,
+    mut later: Local<Vec<PointerEvent>>,
+    mut desk: Desk,
+) {
     if *tool != Tool::Pen {
+        later.clear();
         desk.start.set_if_neq(PenStart::default());
         desk.let_go(false);
         return;
@@ -75,7 +84,11 @@ pub(crate) fn draw(tool: Res<Tool>, pointer: Res<ToolPointer>, drag: Res<DragSta
     if tool.is_changed() {
         desk.take();
     }
-    for event in &pointer.events {
+    later.extend(&pointer.events);
+    // An anchor is there in the next frame, and what follows may be about it: in a slow frame there may be more than one click.
+    let mut done = 0;
+    for event in &*later {
+        done += 1;
         match *event {
             // The plugin drags what is there already.
             PointerEvent::DragStart { from } if draws_on(&from) && drag.held().is_none() => desk.begin_pull(&from),
@@ -85,7 +98,11 @@ pub(crate) fn draw(tool: Res<Tool>, pointer: Res<ToolPointer>, drag: Res<DragSta
             PointerEvent::Click { at, .. } => desk.click(&at),
             _ => {}
         }
+        if std::mem::take(&mut *desk.has_added) {
+            break;
+        }
     }
+    later.drain(..done);
 }
 
 fn draws_on(from: &Moment) -> bool {
@@ -161,6 +178,7 @@ impl Desk<'_, '_> {
             let edit = SplineEdit::Append { end: SplineEnd::End, at };
             self.edits.write(EditSpline::new(entity, edit).undoable());
             self.selection.select_anchor_next(entity, anchor);
+            *self.has_added = true;
             return Some((entity, anchor));
         }
         let start = self.start.0.take().filter(|first| first.on == on);
@@ -175,6 +193,7 @@ impl Desk<'_, '_> {
                 let entity = curves::spawn(&mut self.commands, on, curve, spline);
                 self.history.note_added("Add spline", entity);
                 self.selection.select_anchor_next(entity, 1);
+                *self.has_added = true;
                 self.start.1 = Some(entity);
                 Some((entity, 1))
             }

@@ -8,10 +8,11 @@ use super::gizmo::SelectionGizmo;
 use super::{Moment, PointerEvent, Target, Tool, ToolPointer, select};
 use crate::curve::{SelectionTransform, SplineEdit};
 use crate::editor::history::History;
-use crate::editor::input::Modifiers;
+use crate::editor::input::{Modifiers, PanelInput, StruckKeys};
 use crate::editor::model::Model;
 use crate::editor::notices::Notices;
 use crate::editor::selection::Selection;
+use crate::geodesic::Tangent;
 use crate::plugin::{
     BuiltSurface, EditSpline, EndGesture, GestureId, OnSurface, Picker, SurfaceQueries, SurfaceSpline,
 };
@@ -45,6 +46,43 @@ impl TransformMode {
             Self::Turn => "Turn",
             Self::Scale => "Scale",
         }
+    }
+
+    /// The key that asks for it.
+    fn key(self) -> KeyCode {
+        match self {
+            Self::Move => KeyCode::KeyG,
+            Self::Turn => KeyCode::KeyR,
+            Self::Scale => KeyCode::KeyS,
+        }
+    }
+}
+
+/// Keys in the order in which they were struck: a number that is typed in one slow frame is that number.
+#[derive(SystemParam)]
+pub(crate) struct NumberKeys<'w, 's> {
+    keys: StruckKeys<'w, 's>,
+    /// Those of the frame before, in which the key was struck that asked for a transform.
+    before: Local<'s, Vec<KeyCode>>,
+    panel: Res<'w, PanelInput>,
+}
+
+impl NumberKeys<'_, '_> {
+    fn struck(&mut self) -> Vec<KeyCode> {
+        let is_typed_elsewhere = self.panel.keyboard;
+        let struck = self.keys.read().into_iter().map(|(key, _)| key);
+        if is_typed_elsewhere { Vec::new() } else { struck.collect() }
+    }
+
+    /// What came after a key in the frame before.
+    fn after(&self, key: KeyCode) -> Vec<KeyCode> {
+        let asked = self.before.iter().rposition(|struck| *struck == key);
+        asked.map_or_else(Vec::new, |at| self.before[at + 1..].to_vec())
+    }
+
+    fn remember(&mut self, struck: &[KeyCode]) {
+        self.before.clear();
+        self.before.extend(struck);
     }
 }
 
@@ -100,7 +138,7 @@ pub(crate) struct Desk<'w, 's> {
     surfaces: Query<'w, 's, &'static BuiltSurface>,
     views: SurfaceQueries<'w, 's>,
     picker: Picker<'w, 's>,
-    cameras: Query<'w, 's, (&'static Camera, &'static GlobalTransform)>,
+    cameras: Query<'w, 's, (Entity, &'static Camera, &'static GlobalTransform)>,
     models: Query<'w, 's, &'static Model>,
     gizmo: Res<'w, SelectionGizmo>,
 }
@@ -110,18 +148,23 @@ pub(crate) fn transform(
     mut pointer: ResMut<ToolPointer>,
     mut asked: MessageReader<BeginTransform>,
     (keys, mouse): (Res<ButtonInput<KeyCode>>, Res<ButtonInput<MouseButton>>),
+    mut numbers: NumberKeys,
     mut desk: Desk,
 ) {
+    let mut struck = numbers.struck();
     for BeginTransform(mode) in asked.read() {
         if desk.active.0.is_none() {
             desk.begin(*mode, pointer.hover.as_ref());
+            // What was typed in the frame of the key itself, too.
+            struck.splice(0..0, numbers.after(mode.key()));
         }
     }
+    numbers.remember(&struck);
     if *tool == Tool::Select && desk.active.0.is_none() {
         desk.begin_drag(&pointer.events);
     }
     let Some(active) = &mut desk.active.0 else { return };
-    let (by_drag, mut changed) = (active.by_drag, active.type_keys(&keys));
+    let (by_drag, mut changed) = (active.by_drag, active.type_keys(&struck));
     if let Some(hover) = pointer.hover.filter(|hover| hover.at != active.at && !by_drag) {
         (active.at, changed) = (hover.at, true);
     }
@@ -135,8 +178,8 @@ pub(crate) fn transform(
             _ => {}
         }
     }
-    done |= keys.any_just_pressed([KeyCode::Enter, KeyCode::NumpadEnter]);
-    cancelled |= keys.just_pressed(KeyCode::Escape) || mouse.just_pressed(MouseButton::Right);
+    done |= struck.iter().any(|key| matches!(key, KeyCode::Enter | KeyCode::NumpadEnter));
+    cancelled |= struck.contains(&KeyCode::Escape) || mouse.just_pressed(MouseButton::Right);
     let modifiers = Modifiers::of(&keys);
     let switched = keys.get_just_pressed().any(is_modifier) || keys.get_just_released().any(is_modifier);
     if (changed || switched) && !cancelled {
@@ -153,9 +196,9 @@ pub(crate) fn transform(
 
 impl Active {
     /// Digits, a point and a sign make a number; whether it changed.
-    fn type_keys(&mut self, keys: &ButtonInput<KeyCode>) -> bool {
-        let before = self.typed.len();
-        for key in keys.get_just_pressed() {
+    fn type_keys(&mut self, keys: &[KeyCode]) -> bool {
+        let before = self.typed.clone();
+        for key in keys {
             match key {
                 KeyCode::Backspace => drop(self.typed.pop()),
                 KeyCode::Minus | KeyCode::NumpadSubtract if self.typed.is_empty() => self.typed.push('-'),
@@ -163,7 +206,7 @@ impl Active {
                 _ => self.typed.extend(digit(*key).filter(|_| self.typed.len() < 12)),
             }
         }
-        self.typed.len() != before
+        self.typed != before
     }
 
     fn number(&self) -> Option<f64> {
@@ -226,7 +269,8 @@ impl Desk<'_, '_> {
             self.notices.info(format!("Select what is to be changed first: {} works on the selection.", mode.name()));
             return;
         };
-        let Some(hover) = hover else {
+        // By the keyboard alone it is about the middle of what is selected.
+        let Some(hover) = hover.copied().or_else(|| self.seen_middle(model, &parts)) else {
             self.notices.info("Move the pointer over the model first: the transform follows it.");
             return;
         };
@@ -237,7 +281,18 @@ impl Desk<'_, '_> {
         let under = hover.surface.filter(|(on, _)| *on == model).map(|(_, point)| point);
         let under = under.filter(|_| mode != TransformMode::Move);
         let Some(centre) = anchor.or(under).or_else(|| self.middle(model, &parts)) else { return };
-        self.start(mode, model, centre, parts, hover, false);
+        self.start(mode, model, centre, parts, &hover, false);
+    }
+
+    /// Where the middle of what is selected is seen, as if the pointer were there.
+    fn seen_middle(&self, model: Entity, parts: &[Part]) -> Option<Moment> {
+        let middle = self.middle(model, parts)?;
+        let position = self.views.get(model)?.position(middle);
+        self.cameras.iter().find_map(|(entity, camera, transform)| {
+            let at = camera.world_to_viewport(transform, position).ok().filter(|_| camera.is_active)?;
+            let (target, modifiers) = (Target::Nothing, Modifiers::default());
+            Some(Moment { at, camera: entity, target, surface: None, modifiers })
+        })
     }
 
     /// A curve, or one of several selected anchors, is dragged.
@@ -296,7 +351,7 @@ impl Desk<'_, '_> {
         by_drag: bool,
     ) {
         let seen = self.views.get(model).and_then(|view| {
-            let (camera, transform) = self.cameras.get(pointer.camera).ok()?;
+            let (_, camera, transform) = self.cameras.get(pointer.camera).ok()?;
             camera.world_to_viewport(transform, view.position(centre)).ok()
         });
         self.history.begin(format!("{} selection", mode.name()));
@@ -337,7 +392,9 @@ impl Desk<'_, '_> {
                 let unit = self.models.get(active.model).map_or(1.0, |model| model.unit);
                 let typed = active.number().map(|length| (length / unit).clamp(-most, most));
                 let length = typed.unwrap_or(stepped(way.length(), STEPS[0] * surface.diagonal()));
-                if length != way.length() && way.length() > 0.0 {
+                if length != way.length() {
+                    // Without a direction by the pointer: to the right.
+                    let way = if way.length() > 0.0 { way } else { self.rightwards(active)? };
                     let heading = if length < 0.0 { surface.opposite(&centre, &way).ok()? } else { way };
                     to = surface.walk(&centre, &heading, length.abs()).ok()?.path.end();
                 }
@@ -362,9 +419,17 @@ impl Desk<'_, '_> {
         }
     }
 
+    /// The direction at the centre that the eye sees as to the right.
+    fn rightwards(&self, active: &Active) -> Option<Tangent> {
+        let (.., camera) = self.cameras.get(active.camera).ok()?;
+        let view = self.views.get(active.model)?;
+        let right = view.to_world().inverse().transform_vector3(*camera.right()).as_dvec3();
+        view.surface().tangent(&active.centre, right).ok().filter(|tangent| tangent.length() > 0.0)
+    }
+
     fn faces_away(&self, active: &Active) -> bool {
         let facing = || {
-            let (_, camera) = self.cameras.get(active.camera).ok()?;
+            let (.., camera) = self.cameras.get(active.camera).ok()?;
             let view = self.views.get(active.model)?;
             let to_eye = camera.translation() - view.position(active.centre);
             Some(view.normal(active.centre).dot(to_eye))

@@ -17,7 +17,7 @@
 //! # Ok::<(), &str>(())
 //! ```
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::camera::{CameraUpdateSystems, NormalizedRenderTarget, RenderTarget, RenderTargetInfo};
@@ -78,11 +78,13 @@ pub fn unfinished_headless_app_with(assets: AssetPlugin) -> App {
     app
 }
 
-/// Updates until a condition holds, for at most ten seconds; whether it holds.
+/// Updates until a condition holds, for at most a minute; whether it holds.
 ///
-/// Sleeps between updates, so that background work gets on.
+/// Sleeps between updates, so that background work gets on. A minute is far more than anything takes; on a machine that does much
+/// else besides, ten seconds were not always enough.
 pub fn update_until(app: &mut App, mut holds: impl FnMut(&mut World) -> bool) -> bool {
-    for _ in 0..5_000 {
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_secs(60) {
         app.update();
         if holds(app.world_mut()) {
             return true;

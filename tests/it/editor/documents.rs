@@ -168,10 +168,11 @@ fn what_cannot_be_opened_changes_nothing() {
         .enumerate()
     {
         ask(&mut studio, FileRequest::Open(bad.clone()));
-        for _ in 0..100 {
-            studio.app.update();
-            std::thread::sleep(Duration::from_millis(1));
-        }
+        assert!(update_until(&mut studio.app, |world| {
+            let notices = world.resource::<Notices>().all();
+            notices.iter().filter(|n| n.severity == Severity::Error).count() > count
+        }));
+        studio.settle();
         assert_eq!(studio.document(), before, "{}", bad.display());
         assert_eq!(errors(&studio).len(), count + 1, "{}: {:?}", bad.display(), errors(&studio));
     }

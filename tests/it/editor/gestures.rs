@@ -140,13 +140,7 @@ fn gesture(studio: &mut Studio, random: &mut Random) -> &'static str {
                 .collect();
             studio.drag(&line);
             // What was drawn is fitted in the background.
-            for _ in 0..500 {
-                if !studio.app.world().resource::<Freehand>().is_fitting() {
-                    break;
-                }
-                std::thread::sleep(std::time::Duration::from_millis(1));
-                studio.app.update();
-            }
+            update_until(&mut studio.app, |world| !world.resource::<Freehand>().is_fitting());
             "freehand"
         }
         16 => {
@@ -240,13 +234,7 @@ fn place_drawing(studio: &mut Studio, random: &mut Random) {
     studio.click(place);
     studio.act(EditorAction::Take(Tool::Select));
     // It is placed in the background.
-    for _ in 0..500 {
-        if !studio.app.world().resource::<DrawingInHand>().is_busy() {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(1));
-        studio.app.update();
-    }
+    update_until(&mut studio.app, |world| !world.resource::<DrawingInHand>().is_busy());
 }
 
 /// A line that stays one.
@@ -280,13 +268,7 @@ fn change_line(studio: &mut Studio, random: &mut Random) {
         1 => studio.act(EditorAction::ToLines),
         2 => {
             studio.act(EditorAction::ToSplines);
-            for _ in 0..500 {
-                studio.app.update();
-                if !studio.app.world().resource::<Conversions>().is_busy() {
-                    break;
-                }
-                std::thread::sleep(std::time::Duration::from_millis(1));
-            }
+            update_until(&mut studio.app, |world| !world.resource::<Conversions>().is_busy());
         }
         _ => {
             for _ in 0..3 {
