@@ -158,7 +158,7 @@ impl Character {
                 Some(cached) => Source::Cached(cached, &mut from),
                 None => {
                     let chains: Vec<&Chain> = work.chains.iter().map(|(_, chain)| chain).collect();
-                    Source::Field(self.field_of(work.part, &work.joints, &chains)?)
+                    Source::Field(Box::new(self.field_of(work.part, &work.joints, &chains)?))
                 }
             };
             self.bind_chains(work, weights, is_solved.then_some(&mut solved), &mut bound, &mut paths, progress)?;
@@ -199,7 +199,7 @@ impl Character {
             let (rule, samples) = match &mut weights {
                 Source::Field(field) => {
                     let rule = field.quadrature().rule();
-                    sampled = BoundChain::sample(chain, path.chain, field, &rule)
+                    sampled = BoundChain::sample(chain, path.chain, &**field, &rule)
                         .map_err(|source| self.skin_error(Some(path), source))?;
                     if let Some(keep) = &mut keep {
                         keep.extend_from_slice(&sampled);
@@ -244,7 +244,7 @@ impl Character {
 
 /// Where weights at the nodes of chains come from.
 enum Source<'a> {
-    Field(super::weights::PartField),
+    Field(Box<super::weights::PartField>),
     /// With the place of the next ones.
     Cached(&'a Cached, &'a mut usize),
 }
