@@ -15,7 +15,7 @@ mod style;
 mod svg;
 
 pub use builder::{Added, PathBuilder};
-pub use drawing::{Drawing, Shape, ViewBox};
+pub use drawing::{Drawing, Group, Shape, ViewBox};
 pub use joins::{JoinTolerance, PathJoin};
 pub use path::VectorPath;
 pub use spatial::SpatialPath;
