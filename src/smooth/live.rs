@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use super::{
-    LineMetrics, SmoothError, SmoothProgress, SmoothRange, SmoothWorkspace, Smoothed, Smoothing, SmoothingMode,
-    SurfacePolyline, progress::Watch,
+    SmoothError, SmoothProgress, SmoothRange, SmoothWorkspace, Smoothed, Smoothing, SmoothingMode, SurfacePolyline,
+    progress::Watch,
 };
 use crate::surface::Surface;
 
@@ -34,7 +34,6 @@ pub struct LiveSmoothing {
     workspace: SmoothWorkspace,
     line: SurfacePolyline,
     smoothing: Smoothing,
-    before: LineMetrics,
     surface: u64,
     out: Smoothed,
 }
@@ -49,7 +48,6 @@ impl LiveSmoothing {
             workspace: SmoothWorkspace::default(),
             line: SurfacePolyline::blank(),
             smoothing,
-            before: LineMetrics::default(),
             surface: 0,
             out: Smoothed::blank(),
         };
@@ -63,9 +61,9 @@ impl LiveSmoothing {
     /// [`SmoothError`] if the line belongs to another surface; all is then as it was.
     pub fn take_up(&mut self, surface: &Surface, line: SurfacePolyline) -> Result<(), SmoothError> {
         self.workspace.prepare(surface, &line)?;
-        self.before = self.workspace.measure_given(surface);
+        let before = self.workspace.measured_given(surface);
         self.surface = surface.identity();
-        self.out.become_given(&line, self.before);
+        self.out.become_given(&line, before);
         self.line = line;
         Ok(())
     }
@@ -99,7 +97,7 @@ impl LiveSmoothing {
         self.smoothing.mode = SmoothingMode::Tether { closeness };
         self.smoothing.check()?;
         let done = self.workspace.run(surface, &self.smoothing, watch)?;
-        self.workspace.give(surface, Some(self.before), done, &mut self.out);
+        self.workspace.give(surface, done, &mut self.out);
         Ok(&self.out)
     }
 

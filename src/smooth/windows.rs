@@ -10,16 +10,16 @@ use super::{
 };
 
 /// Crossings on either side of new ones that are solved for with them.
-const MARGIN: usize = 12;
+const MARGIN: usize = 6;
 /// Steps for all crossings of a window together, before those that are not where they should be are solved for alone.
-const TOGETHER: usize = 3;
+const TOGETHER: usize = 2;
 /// Steps of such a part, and how often parts are looked for.
 const APART: usize = 12;
 const SEARCHES: usize = 16;
 /// Crossings on either side of a part that are solved for with it, at first.
 const BESIDE: usize = 3;
 /// From this search on crossings keep their nearest stretches.
-const SETTLED: usize = 2;
+const SETTLED: usize = 1;
 
 impl Engine {
     /// What is to be solved for: all, or what is about the crossings that are new.
