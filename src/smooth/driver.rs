@@ -296,6 +296,9 @@ impl<'a, 'w> Smoother<'a, 'w> {
         if straight && order.is_none() && self.workspace.given.closed && !done.collapsed {
             done = self.tightened(&plan, done);
         }
+        // It may have shrunk to a vertex in the last steps.
+        let SmoothWorkspace { engine, strip, .. } = &*self.workspace;
+        done.collapsed |= strip.closed && (strip.len() < 3 || engine.is_point(surface, strip, plan.mean));
         Done { closeness: tether, ..done }
     }
 }

@@ -42,6 +42,8 @@ const LOOKS: u32 = 4;
 const GROWTH: f64 = 1e-3;
 /// Turns that may remain while most vertices are passed.
 const COARSELY: f64 = 1e-2;
+/// Turns that may remain where a tether holds the line, until the end.
+const HELD: f64 = 2e-2;
 /// Turns that may remain before vertices are passed, and at the end.
 const ROUGHLY: f64 = 1e-3;
 const EXACTLY: f64 = 1e-7;
@@ -191,7 +193,7 @@ impl Engine {
                     |s: &Strip, i: usize| near / layout.lengths[i].max(f64::MIN_POSITIVE) >= s.at[i].min(1.0 - s.at[i]);
                 let _ = strip.seam_off_vertices(lengths);
             }
-            if strip.closed && (strip.len() < 3 || self.is_point(surface, strip, plan)) {
+            if strip.closed && (strip.len() < 3 || self.is_point(surface, strip, plan.mean)) {
                 done.collapsed = true;
                 return done;
             }
@@ -206,7 +208,11 @@ impl Engine {
                     PASSED[level]
                 },
                 inside: if first { INSIDE } else { 0.0 },
-                tolerance: if level == 0 || is_held { COARSELY } else { ROUGHLY },
+                tolerance: match level {
+                    _ if is_held => HELD,
+                    0 => COARSELY,
+                    _ => ROUGHLY,
+                },
                 afresh: raised,
             };
             raised = false;
@@ -309,13 +315,16 @@ impl Engine {
         };
         let mut at = std::mem::take(&mut strip.at);
         let closed = strip.closed;
-        let mut show = |at: &[f64]| {
-            strip.at.clear();
-            strip.at.extend_from_slice(at);
-            watch.see(strip);
+        let mut show = |at: &[f64], moved: usize| {
+            if sees {
+                strip.at.clear();
+                strip.at.extend_from_slice(at);
+                watch.see(strip);
+            }
+            watch.stops_within(moved)
         };
         for window in windows.iter_mut() {
-            let show = sees.then_some(&mut show as &mut dyn FnMut(&[f64]));
+            let show = Some(&mut show as &mut dyn FnMut(&[f64], usize) -> bool);
             steps += solve_window(solver, &mut task, window, parts, &mut at, closed, show);
         }
         (strip.at, strip.near) = (at, nearest);
@@ -385,9 +394,9 @@ impl Engine {
     }
 
     /// Whether a closed line has shrunk to a point.
-    fn is_point(&self, surface: &Surface, strip: &Strip, plan: &Plan) -> bool {
+    pub(crate) fn is_point(&self, surface: &Surface, strip: &Strip, mean: f64) -> bool {
         let Some(first) = (!strip.sides.is_empty()).then(|| strip.crossing(surface, 0)) else { return true };
-        (0..strip.len()).all(|i| strip.crossing(surface, i).distance(first) < 2.0 * NEAR * plan.mean)
+        (0..strip.len()).all(|i| strip.crossing(surface, i).distance(first) < 2.0 * NEAR * mean)
     }
 }
 

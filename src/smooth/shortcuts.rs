@@ -153,7 +153,8 @@ impl Engine {
         }
         let mut here = start;
         let mut fits = true;
-        for i in begin..n {
+        let first = begin;
+        for i in first..n {
             let there = strip.crossing(surface, i);
             way += here.distance(there);
             here = there;
@@ -170,7 +171,9 @@ impl Engine {
         *shortcuts = pass.work;
         let next = &mut shortcuts.next;
         next.close_seam_if_closed(surface);
-        if !fits || (next.closed && next.len() < 3) {
+        // A fixed crossing at the seam may be led back over.
+        let seam = next.sides.last().map(|last| surface.twin(*last));
+        if !fits || (next.closed && (next.len() < 3 || seam == next.sides.first().copied())) {
             return None;
         }
         std::mem::swap(strip, next);

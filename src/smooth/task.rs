@@ -65,8 +65,8 @@ impl Task<'_> {
     }
 }
 
-/// Sees the crossings after every step.
-pub(crate) type Watch<'a> = &'a mut dyn FnMut(&[f64]);
+/// Sees the crossings after every step, of which so many were moved; says whether to stop.
+pub(crate) type Watch<'a> = &'a mut dyn FnMut(&[f64], usize) -> bool;
 
 /// The crossings that are solved for, and the legs between and beside them.
 pub(crate) struct Part {

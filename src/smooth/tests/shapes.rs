@@ -250,3 +250,43 @@ fn a_layout_that_changes_is_that_of_the_line() {
         assert_eq!((&changed.lengths, &changed.rights, &changed.extents), (&anew.lengths, &anew.rights, &anew.extents));
     }
 }
+
+/// Every line on the way leads from face to face and never back at once, whatever the mode, also where it crosses itself.
+#[test]
+fn every_line_on_the_way_is_regular() {
+    let mut bumpy = crate::surface::shapes::icosphere(3);
+    for p in &mut bumpy.positions {
+        *p *= 1.0 + 0.3 * (5.0 * p.x).sin() * (4.0 * p.y + 1.0).sin() * (6.0 * p.z + 2.0).sin();
+    }
+    for (name, surface) in
+        [("bumpy", built(&bumpy)), ("torus", built(&crate::surface::shapes::torus(2.0, 0.7, 40, 20)))]
+    {
+        let (mut random, mut workspace) = (Random(71), SmoothWorkspace::default());
+        for round in 0..60 {
+            let mut line = jagged(&surface, &mut random, 200);
+            if round % 4 > 0 {
+                let Ok(closed) = line.closed_home(&surface, &mut workspace.finder) else { continue };
+                line = closed;
+            }
+            for closeness in [0.3, 10.0, 300.0] {
+                let mut seen = 0;
+                let mut see = |strip: &Strip| {
+                    seen += 1;
+                    let n = strip.len();
+                    for i in 0..if strip.closed { n } else { n.max(1) - 1 } {
+                        let (twin, next) = (surface.twin(strip.sides[i]), strip.sides[(i + 1) % n]);
+                        let leads_on = twin.is_some() && twin.face() == next.face() && twin != next;
+                        assert!(
+                            n < 3 || leads_on,
+                            "{name} {round} {closeness} {seen}: {i} of {n}, {:?}",
+                            strip.fixed[i]
+                        );
+                    }
+                };
+                workspace.prepare(&surface, &line).unwrap();
+                let smoothing = Smoothing::tether(closeness);
+                let _ = workspace.run(&surface, &smoothing, &mut crate::smooth::progress::Watch::seeing(&mut see));
+            }
+        }
+    }
+}
