@@ -42,13 +42,14 @@ const LOOKS: u32 = 4;
 const GROWTH: f64 = 1e-3;
 /// Turns that may remain while most vertices are passed.
 const COARSELY: f64 = 1e-2;
-/// Turns that may remain where a tether holds the line, until the end.
-const HELD: f64 = 2e-2;
+/// Turns that may remain where a tether holds the line, until the end; and where it holds it loosely, so that they add up.
+const HELD: [f64; 2] = [2e-2, 1e-2];
 /// Turns that may remain before vertices are passed, and at the end.
 const ROUGHLY: f64 = 1e-3;
 const EXACTLY: f64 = 1e-7;
-/// A tether of this closeness holds a line.
+/// A tether of this closeness holds a line; below that it holds it loosely.
 const HOLDS: f64 = 0.05;
+const LOOSE: f64 = 3.0;
 /// Crossings begin this far inside their sides, so that none is stuck at a vertex.
 const INSIDE: f64 = 1e-3;
 
@@ -209,7 +210,7 @@ impl Engine {
                 },
                 inside: if first { INSIDE } else { 0.0 },
                 tolerance: match level {
-                    _ if is_held => HELD,
+                    _ if is_held => HELD[usize::from(plan.tether < Some(LOOSE))],
                     0 => COARSELY,
                     _ => ROUGHLY,
                 },

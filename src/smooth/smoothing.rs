@@ -88,7 +88,7 @@ impl Smoothed {
 /// The result depends on surface, line and options alone. Fixed crossings and ends stay; the line stays on its side of what it cannot
 /// pass (handles, holes), and of vertices where going round would be longer.
 ///
-/// Cost: about 15 µs a crossing by the default, several times that where closeness is below 1; sweeps take some forty times as long.
+/// Cost: about 5 µs a crossing by the default, up to three times that where closeness is below 1; sweeps take a hundred times as long.
 ///
 /// # Errors
 /// [`SmoothError`] if the line belongs to another surface, an option makes no sense, or a closed line shrinks to a point.
@@ -119,7 +119,7 @@ pub fn smooth_into(
 
 /// [`smooth_into`], asking `go_on` after every round whether to; for lines so long that somebody waits.
 ///
-/// A round of a line of 10,000 crossings takes some milliseconds; straightening an open line is a single one.
+/// It is asked after some milliseconds within a round too; but straightening an open line is one piece of work.
 ///
 /// # Errors
 /// As [`smooth_into`], and [`SmoothError::Stopped`] if it is not to go on; `out` is then as it was.

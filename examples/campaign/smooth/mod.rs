@@ -107,7 +107,7 @@ fn one(mesh: &Prepared, workspace: &mut SmoothWorkspace, line: &Line, setting: &
         }
         Ok(Err(error)) => case.status = error.to_string(),
         Ok(Ok(smoothed)) => {
-            let verdict = Judge { topology: &mesh.topology, mean }.judge(line, &smoothed, setting);
+            let verdict = Judge { topology: &mesh.topology }.judge(line, &smoothed, setting);
             case.set(&smoothed);
             case.status = match verdict {
                 Ok(()) => "ok".to_owned(),
