@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use bevy_surface_splines::skin::{
-    BindOptions, Chain, FlexibleOptions, JoinKind, JoinRules, NaiveWay, Shepard, SolveWorkspace, BoundSkin,
+    BindOptions, BoundSkin, Chain, FlexibleOptions, JoinKind, JoinRules, NaiveWay, Shepard, SolveWorkspace,
 };
 use bevy_surface_splines::vector::read_svg;
 use glam::{DAffine3, DVec3};
