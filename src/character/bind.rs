@@ -8,13 +8,13 @@ use glam::DAffine2;
 
 use super::cache::Cached;
 use super::{Character, CharacterError, JoinChange, Part};
-use crate::skin::{BoundChain, Chain, JoinRules, Measure, Posed, Quadrature, SkinError, SplineSkin, WeightField};
+use crate::skin::{BoundChain, BoundSkin, Chain, JoinRules, Measure, Posed, Quadrature, SkinError, WeightField};
 
 /// A character whose paths are bound to its joints: handle `i` of the skin is joint `i`.
 #[derive(Clone, Debug)]
 pub struct BoundCharacter {
     /// All paths, one chain each.
-    pub skin: SplineSkin,
+    pub skin: BoundSkin,
     /// The paths in the order in which they are painted. Those of one shape come one after the other: they are filled together.
     pub paths: Vec<CharacterPath>,
     /// From the drawing to the frames of joints at rest.
@@ -72,7 +72,7 @@ impl BoundCharacter {
     /// Poses all paths by what leads from the frames of joints to the drawing.
     ///
     /// # Errors
-    /// As [`SplineSkin::pose_plane`].
+    /// As [`BoundSkin::pose_plane`].
     pub fn pose(&self, worlds: &[DAffine2], posed: &mut Posed) -> Result<(), SkinError> {
         let mut transforms = Vec::with_capacity(worlds.len());
         self.transforms(worlds, &mut transforms);
@@ -167,7 +167,7 @@ impl Character {
         progress.step(all, all)?;
         let chains: Vec<BoundChain> = bound.into_iter().flatten().collect();
         let skin =
-            SplineSkin::of_bound(chains, self.joints.len()).map_err(|source| {
+            BoundSkin::of_bound(chains, self.joints.len()).map_err(|source| {
                 let (SkinError::Singular { chain }
                 | SkinError::TooLarge { chain }
                 | SkinError::OtherHandles { chain, .. }) = source

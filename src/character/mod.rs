@@ -6,7 +6,7 @@
 //! Here **y goes up**, as in engines: the drawing is turned over about its origin when it is read. Lengths are in the drawing's units, angles in
 //! radians, counter-clockwise. The text speaks of places as the drawing does, with y down, and of angles in degrees.
 //!
-//! [`Character::bind`] makes one [`SplineSkin`](crate::skin::SplineSkin) of all paths, whose handle `i` is joint `i`. A pose is then:
+//! [`Character::bind`] makes one [`BoundSkin`](crate::skin::BoundSkin) of all paths, whose handle `i` is joint `i`. A pose is then:
 //! [`sample`](Character::sample) a clip, [`worlds`](Character::worlds) of the joints, [`BoundCharacter::pose`].
 //!
 //! Nothing in a file is trusted: numbers are checked against their ranges, names against one another and the drawing, and how much there may be of
