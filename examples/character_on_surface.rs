@@ -148,7 +148,8 @@ fn say(laid: Query<&LaidState, Changed<LaidState>>) {
 /// With `--pictures`: takes one every half second of his time, and ends.
 fn take_pictures(mut commands: Commands, options: Res<Options>, laid: Query<&LaidState>, mut frames: Local<u32>) {
     *frames += u32::from(laid.iter().any(|state| matches!(state, LaidState::Ready { .. })));
-    let Some(folder) = options.pictures.as_ref().filter(|_| *frames > 0 && *frames % 30 == 0 && *frames <= 240) else {
+    let Some(folder) = options.pictures.as_ref().filter(|_| (30..=240).contains(&*frames) && frames.is_multiple_of(30))
+    else {
         return;
     };
     let (number, last) = (*frames / 30 - 1, *frames == 240);

@@ -181,7 +181,7 @@ fn take_pictures(
         active.pause().seek_to(options.taken as f32 / 8.0 * duration);
     });
     *frames += 1;
-    if *frames % 10 == 0 && options.taken < 8 {
+    if frames.is_multiple_of(10) && options.taken < 8 {
         let last = options.taken == 7;
         let mut shot = commands.spawn(Screenshot::primary_window());
         shot.observe(save_to_disk(folder.join(format!("walk-{}.png", options.taken)))).observe(
