@@ -295,6 +295,9 @@ impl Desk<'_, '_> {
                 anchors.iter().filter(|(of, _)| *of == spline).map(|(_, anchor)| *anchor).collect();
             let count = self.spline(spline).map_or(0, |spline| spline.anchors().len());
             if gone.is_empty() || count < gone.len() + 2 {
+                if !gone.is_empty() && count > gone.len() {
+                    self.notices.info("A curve of one anchor is none: it is removed. Undo brings it back.");
+                }
                 self.remove("Remove spline", spline);
                 continue;
             }

@@ -26,7 +26,7 @@ pub struct History {
     playing: Option<Playing>,
     /// The newest inverse of each gesture that has not ended.
     gestures: HashMap<GestureId, Entry>,
-    /// What is one entry until it ends; one may begin inside another.
+    /// What is one entry when it ends; one may begin inside another, and is a part of that.
     groups: Vec<Group>,
     /// What is to be played, one after the other.
     asked: VecDeque<PlayHistory>,
@@ -159,7 +159,7 @@ impl History {
         self.limit = bytes;
     }
 
-    /// Makes one entry of everything that is done until [`end`](Self::end), but for what another group inside does.
+    /// Makes one entry of everything that is done until [`end`](Self::end), other groups that begin and end meanwhile with it.
     pub fn begin(&mut self, name: impl Into<String>) {
         let entry = Entry { id: 0, name: name.into(), steps: Vec::new() };
         self.groups.push(Group { entry, gestures: Vec::new(), is_ending: false, is_taken_back: false });
@@ -280,13 +280,18 @@ impl History {
         }
     }
 
-    /// Groups become entries once nothing of them is on its way.
+    /// Groups become entries once nothing of them is on its way, or a part of the one in which they began.
     fn finish_groups(&mut self) {
-        let is_over = |group: &mut Group| group.is_ending && group.gestures.is_empty();
-        let over: Vec<Group> = self.groups.extract_if(.., is_over).collect();
-        for group in over {
+        for index in (0..self.groups.len()).rev() {
+            if !self.groups.get(index).is_some_and(|group| group.is_ending && group.gestures.is_empty()) {
+                continue;
+            }
+            let group = self.groups.remove(index);
             if group.is_taken_back {
                 self.playing = Some(Playing::new(group.entry, Direction::Back));
+            } else if let Some(outer) = index.checked_sub(1).and_then(|outer| self.groups.get_mut(outer)) {
+                // Steps are taken back from the last to the first, and those around these came before as well as after.
+                outer.entry.steps.extend(group.entry.steps);
             } else {
                 self.note(group.entry);
             }

@@ -15,7 +15,7 @@ use super::trace::Polyline;
 use super::workspaces::Workspaces;
 use crate::smooth::{
     LiveSmoothing, SmoothError, SmoothProgress, SmoothWorkspace, Smoothed, Smoothing, SmoothingMode, SurfacePolyline,
-    bends_into, measure, smooth_while,
+    bends_into, measure,
 };
 use crate::surface::Surface;
 
@@ -51,7 +51,7 @@ pub(crate) struct Wish {
     pub(crate) smoothing: Option<Smoothing>,
 }
 
-/// What depends on a line alone, for the mode tether: to be used again for the next wish.
+/// What depends on a line alone: to be used again for the next wish.
 pub(crate) struct Prepared {
     given: Arc<Given>,
     /// All but the mode and the range, which may change.
@@ -105,14 +105,11 @@ impl Wish {
                 (out.before, out.after, out.kept) = (metrics, metrics, true);
                 out.line.clone_from(line);
             }
-            Some(smoothing) => match smoothing.mode {
-                SmoothingMode::Tether { closeness } => {
-                    let live = &mut self.prepare(prepared, smoothing)?.live;
-                    live.set_range(smoothing.range);
-                    out = live.smooth_while(surface, closeness, go_on)?.clone();
-                }
-                _ => workspaces.lend(|w| smooth_while(surface, w, line, &smoothing, &mut out, go_on))?,
-            },
+            Some(smoothing) => {
+                let live = &mut self.prepare(prepared, smoothing)?.live;
+                live.set_range(smoothing.range);
+                out.clone_from(live.smooth_by(surface, smoothing.mode, go_on)?);
+            }
         }
         Ok(out)
     }

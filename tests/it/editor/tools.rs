@@ -484,23 +484,42 @@ fn a_curve_that_is_removed_while_it_is_changed_does_not_stop_the_history() {
 }
 
 #[test]
-fn what_happens_in_the_middle_of_a_gesture_is_an_entry_of_its_own() {
-    let mut studio = Studio::with_plane();
-    studio.draw(&[at(-150.0, 0.0), at(0.0, -80.0)]);
-    let before = studio.document();
-    studio.strike(KeyCode::KeyP);
-    studio.hand.move_to(&mut studio.app, at(100.0, 0.0));
-    studio.hand.press(&mut studio.app, MouseButton::Left);
-    for x in [110.0, 120.0, 130.0] {
-        studio.hand.move_to(&mut studio.app, at(x, 30.0));
+fn what_happens_in_the_middle_of_a_gesture_belongs_to_it() {
+    let asked: [fn(Entity) -> EditorAction; 3] =
+        [|_| EditorAction::Duplicate, |_| EditorAction::Reverse, EditorAction::Remove];
+    for asked in asked {
+        for cancel in [false, true] {
+            let mut studio = Studio::with_plane();
+            studio.draw(&[at(-150.0, 0.0), at(0.0, -80.0)]);
+            let before = studio.document();
+            let asked = asked(studio.splines()[0].0);
+            studio.strike(KeyCode::KeyP);
+            studio.hand.move_to(&mut studio.app, at(100.0, 0.0));
+            studio.hand.press(&mut studio.app, MouseButton::Left);
+            for x in [110.0, 120.0, 130.0] {
+                studio.hand.move_to(&mut studio.app, at(x, 30.0));
+            }
+            studio.act(asked.clone());
+            for x in [140.0, 150.0] {
+                studio.hand.move_to(&mut studio.app, at(x, 40.0));
+            }
+            if cancel {
+                studio.strike(KeyCode::Escape);
+            }
+            studio.hand.release(&mut studio.app, MouseButton::Left);
+            studio.settle();
+            let after = studio.document();
+            if cancel {
+                assert_eq!(after, before, "{asked:?} is taken back with the gesture");
+                continue;
+            }
+            assert_ne!(after, before);
+            studio.undo();
+            assert_eq!(studio.document(), before, "{asked:?} is undone with the gesture");
+            studio.redo();
+            assert_eq!(studio.document(), after, "{asked:?} is done again");
+        }
     }
-    studio.act(EditorAction::Duplicate);
-    studio.hand.release(&mut studio.app, MouseButton::Left);
-    studio.settle();
-    assert_eq!(studio.splines().len(), 2);
-    studio.undo();
-    studio.undo();
-    assert_eq!(studio.document(), before, "nothing was lost between the entries");
 }
 
 #[test]
