@@ -145,14 +145,14 @@ fn say(laid: Query<&LaidState, Changed<LaidState>>) {
     }
 }
 
-/// With `--pictures`: takes one every half second of his time, and ends.
+/// With `--pictures`: takes eight, each at another time of his step, and ends.
 fn take_pictures(mut commands: Commands, options: Res<Options>, laid: Query<&LaidState>, mut frames: Local<u32>) {
     *frames += u32::from(laid.iter().any(|state| matches!(state, LaidState::Ready { .. })));
-    let Some(folder) = options.pictures.as_ref().filter(|_| (30..=240).contains(&*frames) && frames.is_multiple_of(30))
+    let Some(folder) = options.pictures.as_ref().filter(|_| (34..=272).contains(&*frames) && frames.is_multiple_of(34))
     else {
         return;
     };
-    let (number, last) = (*frames / 30 - 1, *frames == 240);
+    let (number, last) = (*frames / 34 - 1, *frames == 272);
     let mut shot = commands.spawn(Screenshot::primary_window());
     shot.observe(save_to_disk(folder.join(format!("on-surface-{number}.png")))).observe(
         move |_: On<ScreenshotCaptured>, mut options: ResMut<Options>, mut exits: MessageWriter<AppExit>| {

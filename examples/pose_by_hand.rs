@@ -60,7 +60,7 @@ fn make(mut commands: Commands, leaf: Res<Leaf>, drawings: Res<Assets<SvgDrawing
     let mut grip = |at: Vec2| commands.spawn((Grip(at), Transform::from_translation(at.extend(0.0)))).id();
     let joints = HANDLES.map(&mut grip);
     let inverse = HANDLES.map(|at| Mat4::from_translation(-at.extend(0.0)));
-    let (weights, flexible) = (JointWeights::Joints(4.0), FlexibleSolve::OnRelease);
+    let (weights, flexible) = (JointWeights::Joints(2.0), FlexibleSolve::OnRelease);
     commands.spawn((BezierPaths::new(picture), SplineSkin { weights, flexible, ..SplineSkin::new(joints, inverse) }));
 }
 
@@ -116,8 +116,8 @@ fn bend_by_itself(
     if (1..=40).contains(&*frames) {
         for (grip, mut place) in grips.iter_mut().filter(|(grip, _)| grip.0.y < 40.0) {
             let share = *frames as f32 / 40.0 * (60.0 - grip.0.y) / 54.0;
-            place.translation = (grip.0 + Vec2::new(38.0, 10.0) * share).extend(0.0);
-            place.rotation = Quat::from_rotation_z(1.2 * share);
+            place.translation = (grip.0 + Vec2::new(30.0, 8.0) * share).extend(0.0);
+            place.rotation = Quat::from_rotation_z(1.0 * share);
         }
     }
     if *frames == 39 || *frames == 60 {
