@@ -475,8 +475,8 @@ fn a_slider_over_two_thousand_crossings_is_live() {
         let mut app = headless_app();
         app.insert_resource(budget);
         listen(&mut app);
-        let surface = spawn_surface(&mut app, Sphere::new(1.0).mesh().uv(300, 150));
-        let drawn = trembling(surface_of(&app, surface), 680, 0.02, true);
+        let surface = spawn_surface(&mut app, Sphere::new(1.0).mesh().uv(380, 190));
+        let drawn = trembling(surface_of(&app, surface), 500, 0.02, true);
         let crossings = drawn.crossings().len();
         assert!((1_800..2_600).contains(&crossings), "{crossings}");
         let line =
