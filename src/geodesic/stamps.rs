@@ -66,8 +66,27 @@ impl Stamps {
     pub(crate) fn get(&self, side: HalfEdge) -> Option<Reached> {
         let at = side.bits();
         let page = self.pages.get(at / BLOCK).filter(|page| page.epoch == self.epoch)?;
-        let stamped = self.blocks[page.block as usize].0[at % BLOCK];
+        let stamped = &self.blocks[page.block as usize].0[at % BLOCK];
         (stamped.epoch == self.epoch).then_some(Reached { label: stamped.label, to_middle: stamped.to_middle })
+    }
+
+    /// The distance to a side's middle; infinite if it was not reached.
+    #[inline]
+    pub(crate) fn to_middle(&self, side: HalfEdge) -> f64 {
+        self.get(side).map_or(f64::INFINITY, |reached| reached.to_middle)
+    }
+
+    /// [`to_middle`](Self::to_middle) of two sides of one face.
+    #[inline]
+    pub(crate) fn to_middles(&self, sides: [HalfEdge; 2]) -> [f64; 2] {
+        let page = self.pages.get(sides[0].bits() / BLOCK).filter(|page| page.epoch == self.epoch);
+        let Some(page) = page else { return [f64::INFINITY; 2] };
+        let block = &self.blocks[page.block as usize].0;
+        let to_middle = |side: HalfEdge| {
+            let stamped = &block[side.bits() % BLOCK];
+            if stamped.epoch == self.epoch { stamped.to_middle } else { f64::INFINITY }
+        };
+        [to_middle(sides[0]), to_middle(sides[1])]
     }
 
     /// Notes how a side was reached; it must belong to one of the faces that place was made for.
@@ -104,5 +123,21 @@ mod tests {
         assert!(stamps.get(a).is_none() && stamps.epoch == 1);
         stamps.set(b, Reached::default());
         assert!(stamps.get(b).is_some() && stamps.get(a).is_none());
+    }
+
+    #[test]
+    fn every_query_is_handed_the_same_blocks() {
+        let mut stamps = Stamps::default();
+        for face in [900, 3, 4000] {
+            stamps.clear(5000);
+            let [near, far] = [face, face + 17].map(|face| HalfEdge::new(face, 1));
+            assert!(stamps.to_middles([near, near.next()]).iter().all(|d| *d == f64::INFINITY));
+            for (label, side) in [far, near].into_iter().enumerate() {
+                stamps.set(side, Reached { label: label as u32, to_middle: f64::from(face) });
+            }
+            assert_eq!([near, far].map(|side| stamps.get(side).map(|r| r.label)), [Some(1), Some(0)]);
+            assert_eq!(stamps.to_middles([near, near.next()]), [f64::from(face), f64::INFINITY]);
+            assert_eq!(stamps.blocks.len(), 2);
+        }
     }
 }
