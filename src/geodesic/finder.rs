@@ -62,7 +62,7 @@ pub struct PathFinder {
 }
 
 impl PathFinder {
-    /// Makes a finder; memory is taken where queries lead: 64 bytes a face that was reached, and 140 a label.
+    /// Makes a finder; memory is taken where queries lead: 64 bytes a face that one query reaches, and 170 a label.
     pub fn new() -> Self {
         Self::default()
     }

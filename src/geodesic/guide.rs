@@ -21,10 +21,6 @@ impl Portal {
     pub(crate) fn new([right, left]: [DVec2; 2], squared: [f64; 2], width: f64) -> Self {
         Self { right, left, squared, width, per_width: 1.0 / width }
     }
-
-    pub(crate) fn middle(&self) -> DVec2 {
-        0.5 * (self.right + self.left)
-    }
 }
 
 /// How a side is reached.
@@ -115,8 +111,7 @@ impl Guide for BackAlong<'_> {
 
     #[inline]
     fn length_through(&self, _: &Surface, arrival: &Arrival) -> Option<f64> {
-        let known = |side: HalfEdge| self.known.get(side).map_or(f64::INFINITY, |reached| reached.to_middle);
-        let back = known(arrival.side).min(known(arrival.twin));
+        let back = self.known.to_middle(arrival.side).min(self.known.to_middle(arrival.twin));
         (back < f64::INFINITY).then_some(arrival.to_middle + Self::TRUST * back)
     }
 }

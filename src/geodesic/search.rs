@@ -42,11 +42,12 @@ struct Label {
     to_source: f64,
     side: HalfEdge,
     parent: u32,
+    behind: Behind,
 }
 
 const NO_PARENT: u32 = u32::MAX;
 
-/// Scratch memory of the search: 64 bytes a face where it has been, and 140 a label.
+/// Scratch memory of the search: 64 bytes a face that it reaches, and 170 a label.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
     pool: Vec<Label>,
@@ -155,14 +156,15 @@ impl Search {
             if self.reached.get(label.side).is_none_or(|reached| reached.label != index) {
                 continue; // a better label took its place while it waited
             }
-            let behind = Behind::of(surface, &label, self.slack);
-            for target in self.targets.iter().filter(|t| t.face == behind.twin.face()) {
-                let distance = label.to_source + label.wedge.distance(behind.spell(&label.portal, target));
+            let apex = label.behind.apex(&label.portal);
+            for target in self.targets.iter().filter(|t| t.face == label.behind.twin.face()) {
+                let place = label.behind.spell(&label.portal, apex, target);
+                let distance = label.to_source + label.wedge.distance(place);
                 if distance < self.limit {
                     (self.limit, last, end) = (distance, index, Some(*target));
                 }
             }
-            self.expand(surface, &label, index, &behind, guide);
+            self.expand(surface, &label, index, apex, guide);
         }
         let end = end?;
         self.read_strip(last, strip);
@@ -234,57 +236,51 @@ impl Search {
             let apex = metric::apex(DVec2::ZERO, end, width, length(side.prev()), length(side.next()));
             let source = w0 * DVec2::ZERO + w1 * end + w2 * apex;
             let squared = [surface.origin(side), surface.target(side)].map(|v| guide.squared(surface, v));
-            let portal = Portal::new([DVec2::ZERO - source, end - source], squared, width);
-            let wedge = Wedge { right: portal.right, left: portal.left };
-            let twin = surface.twin(side);
-            let to_middle = portal.middle().length();
-            if self.is_improvement([side, twin], to_middle) {
-                self.keep(
-                    surface,
-                    Label { portal, wedge, to_source: 0.0, side, parent: NO_PARENT },
-                    to_middle,
-                    twin,
-                    guide,
-                );
-            }
+            let ends = [DVec2::ZERO - source, end - source];
+            let (twin, known) = (surface.twin(side), self.reached.to_middle(side));
+            let seen = Seen {
+                source: DVec2::ZERO,
+                to_source: 0.0,
+                wedge: Wedge { right: ends[0], left: ends[1] },
+                to_middle: (0.5 * (ends[0] + ends[1])).length(),
+            };
+            let reach = Reach { side, twin, known, ends, squared, width, parent: NO_PARENT };
+            self.offer(surface, &reach, &seen, guide);
         }
     }
 
-    /// Whether a distance to a side's middle is less than what is known, and not worse than what is known from the side's other
-    /// face.
-    #[inline]
-    fn is_improvement(&self, [side, twin]: [HalfEdge; 2], to_middle: f64) -> bool {
-        let known = |h: HalfEdge| self.reached.get(h).map_or(f64::INFINITY, |reached| reached.to_middle);
-        to_middle < known(side) * BETTER && to_middle * BETTER < known(twin)
-    }
-
-    /// Keeps a label, unless it cannot lead to a shorter path than what is known.
-    #[inline]
-    fn keep(&mut self, surface: &Surface, label: Label, to_middle: f64, twin: HalfEdge, guide: &impl Guide) {
-        let Label { portal, to_source, side, .. } = &label;
-        let arrival = Arrival { side: *side, twin, portal, to_source: *to_source, to_middle };
-        if let Some(priority) = guide.length_through(surface, &arrival)
-            && priority < self.limit
-        {
-            let index = self.pool.len() as u32;
-            self.reached.set(label.side, Reached { label: index, to_middle });
+    /// Keeps a label if its distance to the side's middle is less than what is known, and not worse than what is known from the
+    /// side's other face, unless it cannot lead to a shorter path than what is known.
+    #[inline(always)]
+    fn offer(&mut self, surface: &Surface, reach: &Reach, seen: &Seen, guide: &impl Guide) {
+        let Reach { side, twin, known, ends, squared, width, parent } = *reach;
+        let Seen { source, to_source, wedge, to_middle } = *seen;
+        let is_improvement = to_middle < known * BETTER && to_middle * BETTER < self.reached.to_middle(twin);
+        if !is_improvement {
+            return;
+        }
+        let portal = Portal::new(ends.map(|end| end - source), squared, width);
+        let arrival = Arrival { side, twin, portal: &portal, to_source, to_middle };
+        let Some(priority) = guide.length_through(surface, &arrival) else { return };
+        if priority < self.limit {
+            self.reached.set(side, Reached { label: self.pool.len() as u32, to_middle });
             self.queue.push(priority);
-            self.pool.push(label);
+            let behind = Behind::of(surface, twin, self.slack, guide);
+            self.pool.push(Label { portal, wedge, to_source, side, parent, behind });
         }
     }
 
-    /// Offers labels to the two sides of the face behind a label's side, and keeps those that are an improvement.
-    #[inline]
-    fn expand(&mut self, surface: &Surface, label: &Label, parent: u32, behind: &Behind, guide: &impl Guide) {
-        let Label { portal: Portal { right, left, squared, .. }, wedge, to_source, .. } = *label;
-        let Behind { twin, apex, .. } = *behind;
-        let twins = &surface.twins[twin.face() as usize];
-        let apex_squared = guide.squared(surface, surface.origin(twin.prev()));
+    /// Offers labels to the two sides of the face behind a label's side.
+    #[inline(always)]
+    fn expand(&mut self, surface: &Surface, label: &Label, parent: u32, apex: DVec2, guide: &impl Guide) {
+        let Label { portal: Portal { right, left, squared, .. }, wedge, to_source, behind, .. } = *label;
+        let Behind { twin, twins, lengths, apex_squared } = behind;
         // Where the apex lies beyond a limit of the wedge, the wedge misses one side, which is reached around that limit.
         let beyond_left = wedge.left.perp_dot(apex) > 0.0;
         let beyond_right = wedge.right.perp_dot(apex) < 0.0;
-        let side = twin.prev();
-        let twin_of_side = twins[side.side()];
+        let sides = [twin.prev(), twin.next()];
+        let known = self.reached.to_middles(sides);
+        let (side, twin_of_side) = (sides[0], twins[0]);
         if twin_of_side.is_some() {
             let limits = Wedge {
                 right: if beyond_right { wedge.right } else { apex },
@@ -292,13 +288,10 @@ impl Search {
             };
             let (ends, squared) = ([apex, left], [apex_squared, squared[1]]);
             let seen = Seen::new(beyond_left, wedge.left, limits, to_source, ends);
-            if self.is_improvement([side, twin_of_side], seen.to_middle) {
-                let label = seen.label(ends, squared, behind.to_left, side, parent);
-                self.keep(surface, label, seen.to_middle, twin_of_side, guide);
-            }
+            let (twin, known, width) = (twin_of_side, known[0], lengths[0]);
+            self.offer(surface, &Reach { side, twin, known, ends, squared, width, parent }, &seen, guide);
         }
-        let side = twin.next();
-        let twin_of_side = twins[side.side()];
+        let (side, twin_of_side) = (sides[1], twins[1]);
         if twin_of_side.is_some() {
             let limits = Wedge {
                 right: if wedge.right.perp_dot(right) < 0.0 { wedge.right } else { right },
@@ -306,12 +299,23 @@ impl Search {
             };
             let (ends, squared) = ([right, apex], [squared[0], apex_squared]);
             let seen = Seen::new(beyond_right, wedge.right, limits, to_source, ends);
-            if self.is_improvement([side, twin_of_side], seen.to_middle) {
-                let label = seen.label(ends, squared, behind.to_right, side, parent);
-                self.keep(surface, label, seen.to_middle, twin_of_side, guide);
-            }
+            let (twin, known, width) = (twin_of_side, known[1], lengths[1]);
+            self.offer(surface, &Reach { side, twin, known, ends, squared, width, parent }, &seen, guide);
         }
     }
+}
+
+/// A side that may get a label.
+struct Reach {
+    side: HalfEdge,
+    twin: HalfEdge,
+    /// The distance to its middle that is known.
+    known: f64,
+    /// Its right and left end, and what the guide says of them.
+    ends: [DVec2; 2],
+    squared: [f64; 2],
+    width: f64,
+    parent: u32,
 }
 
 /// More labels than this are no use, or have no numbers.
@@ -330,30 +334,42 @@ fn spelled_in(surface: &Surface, point: &InnerPoint, face: u32) -> InnerPoint {
     found
 }
 
-/// The face behind a label's side.
+/// The face behind a label's side, looked up when the label is made: when its turn comes, everything is at hand.
+#[derive(Clone, Copy, Debug)]
 struct Behind {
+    /// The label's side as seen from there.
     twin: HalfEdge,
-    apex: DVec2,
-    /// Lengths of the sides from the apex to the left and to the right end.
-    to_left: f64,
-    to_right: f64,
+    /// What lies across the other two sides, the one at the left first, and their lengths.
+    twins: [HalfEdge; 2],
+    lengths: [f64; 2],
+    /// What the guide says of the corner between them.
+    apex_squared: f64,
 }
 
 impl Behind {
-    #[inline]
-    fn of(surface: &Surface, label: &Label, slack: f64) -> Self {
-        let twin = surface.twin(label.side);
-        let lengths = &surface.lengths[twin.face() as usize];
-        let [to_right, to_left] = [twin.next(), twin.prev()].map(|h| lengths[h.side()] + slack);
-        let Portal { right, left, width, per_width, .. } = label.portal;
-        let apex = metric::apex_over(left, right, [width, per_width], to_left, to_right);
-        Self { twin, apex, to_left, to_right }
+    #[inline(always)]
+    fn of(surface: &Surface, twin: HalfEdge, slack: f64, guide: &impl Guide) -> Self {
+        let (twins, lengths) = (&surface.twins[twin.face() as usize], &surface.lengths[twin.face() as usize]);
+        let [left, right] = [twin.prev().side(), twin.next().side()];
+        Self {
+            twin,
+            twins: [twins[left], twins[right]],
+            lengths: [lengths[left] + slack, lengths[right] + slack],
+            apex_squared: guide.squared(surface, surface.origin(twin.prev())),
+        }
     }
 
-    /// A point of the face behind a portal.
-    fn spell(&self, portal: &Portal, p: &InnerPoint) -> DVec2 {
-        let [left, right, apex] = [self.twin, self.twin.next(), self.twin.prev()].map(|h| p.weights[h.side()]);
-        left * portal.left + right * portal.right + apex * self.apex
+    /// The corner opposite the portal.
+    #[inline(always)]
+    fn apex(&self, portal: &Portal) -> DVec2 {
+        let Portal { right, left, width, per_width, .. } = *portal;
+        metric::apex_over(left, right, [width, per_width], self.lengths[0], self.lengths[1])
+    }
+
+    /// A point of the face.
+    fn spell(&self, portal: &Portal, apex: DVec2, p: &InnerPoint) -> DVec2 {
+        let [left, right, opposite] = [self.twin, self.twin.next(), self.twin.prev()].map(|h| p.weights[h.side()]);
+        left * portal.left + right * portal.right + opposite * apex
     }
 }
 
@@ -367,7 +383,7 @@ struct Seen {
 }
 
 impl Seen {
-    #[inline]
+    #[inline(always)]
     fn new(is_missed: bool, limit: DVec2, wedge: Wedge, to_source: f64, ends: [DVec2; 2]) -> Self {
         let middle = 0.5 * (ends[0] + ends[1]);
         if is_missed {
@@ -377,12 +393,6 @@ impl Seen {
         } else {
             Self { source: DVec2::ZERO, to_source, wedge, to_middle: to_source + wedge.distance(middle) }
         }
-    }
-
-    #[inline]
-    fn label(&self, ends: [DVec2; 2], squared: [f64; 2], width: f64, side: HalfEdge, parent: u32) -> Label {
-        let portal = Portal::new(ends.map(|end| end - self.source), squared, width);
-        Label { portal, wedge: self.wedge, to_source: self.to_source, side, parent }
     }
 }
 
