@@ -27,6 +27,7 @@ impl Random {
     }
 
     /// Turned about an axis, stretched and moved, about a place.
+    #[cfg(feature = "svg")]
     fn transform(&mut self, place: DVec3, axis: DVec3, extent: f64) -> DAffine3 {
         let mut shift = DVec3::from_array([0; 3].map(|_| self.between(-0.1, 0.1))) * extent;
         if axis == DVec3::Z {
