@@ -9,6 +9,7 @@ use super::edit_queue::PendingEdit;
 use super::polygon::ControlPolygon;
 use super::preview::TracePreview;
 use super::queries::{SurfaceQueries, SurfaceView};
+use super::riding::RidingCurve;
 use super::smoothed_line::SmoothedLine;
 use super::spline::SurfaceSpline;
 use super::surface::OnSurface;
@@ -91,15 +92,18 @@ impl Plugin for DebugDrawPlugin {
 fn draw_curves(
     mut gizmos: Gizmos<SplineGizmos>,
     surfaces: SurfaceQueries,
-    traces: Query<(&SplineTrace, &OnSurface), Without<TracePreview>>,
+    traces: Query<(&SplineTrace, &OnSurface, Option<&RidingCurve>), Without<TracePreview>>,
     previews: Query<(&TracePreview, &OnSurface)>,
 ) {
     if !gizmos.config.enabled {
         return;
     }
     let color = gizmos.config_ext.curve;
-    for (trace, on) in &traces {
-        draw_pieces(&mut gizmos, &surfaces, on.0, trace.pieces(), color);
+    for (trace, on, riding) in &traces {
+        match riding {
+            Some(riding) => riding.pieces().for_each(|piece| gizmos.linestrip(piece.iter().copied(), color)),
+            None => draw_pieces(&mut gizmos, &surfaces, on.0, trace.pieces(), color),
+        }
     }
     let dim = color.with_alpha(color.alpha() * gizmos.config_ext.preview);
     for (preview, on) in &previews {

@@ -14,6 +14,9 @@ mod lines;
 mod lines_made;
 mod picks;
 mod previews;
+mod riding;
+#[cfg(feature = "gltf_scenes")]
+mod rigs;
 mod samples;
 mod slow_edits;
 mod surfaces;
