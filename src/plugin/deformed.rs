@@ -1,6 +1,6 @@
 //! Surfaces of meshes that joints or morph targets deform.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use bevy::ecs::system::SystemParam;
 use bevy::log::warn;
@@ -172,7 +172,8 @@ pub struct DeformPlugin;
 impl Plugin for DeformPlugin {
     fn build(&self, app: &mut App) {
         super::configure_sets(app);
-        let has_assets = resource_exists::<Assets<Mesh>>.and(resource_exists::<Assets<SkinnedMeshInverseBindposes>>);
+        let has_assets =
+            resource_exists::<Assets<Mesh>>.and_then(resource_exists::<Assets<SkinnedMeshInverseBindposes>>);
         app.add_observer(forget_removed).add_systems(
             PostUpdate,
             (

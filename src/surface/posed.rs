@@ -173,7 +173,8 @@ fn carry(from: [DVec3; 2], to: [DVec3; 2], direction: DVec3) -> DVec3 {
     let [u, v] = from;
     let products = DMat2::from_cols(DVec2::new(u.dot(u), u.dot(v)), DVec2::new(u.dot(v), v.dot(v)));
     let size = u.dot(u) * v.dot(v);
-    if !(products.determinant() > 1e-24 * size) {
+    let area = products.determinant();
+    if area.is_nan() || area <= 1e-24 * size {
         return DVec3::ZERO;
     }
     let shares = products.inverse() * DVec2::new(u.dot(direction), v.dot(direction));

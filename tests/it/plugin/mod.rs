@@ -15,8 +15,6 @@ mod lines_made;
 mod picks;
 mod previews;
 mod riding;
-#[cfg(feature = "gltf_scenes")]
-mod rigs;
 mod samples;
 mod slow_edits;
 mod surfaces;
