@@ -9,7 +9,7 @@ mod common;
 use std::{alloc::System, f64::consts::TAU};
 
 use bevy_surface_splines::{
-    skin::{BindOptions, BoundChain, Chain, FlexibleOptions, HandleShape, JoinKind, JoinRules, Shepard, SplineSkin},
+    skin::{BindOptions, BoundChain, BoundSkin, Chain, FlexibleOptions, HandleShape, JoinKind, JoinRules, Shepard},
     vector::{SpatialPath, VectorPath},
 };
 use common::{
@@ -83,7 +83,7 @@ fn row(table: &Table, example: &Example, repeats: usize, poses: usize, flexible:
     let places: Vec<DVec2> = (0..example.handles).map(|_| place(&mut random)).collect();
     let shapes: Vec<HandleShape> = places.iter().map(|place| HandleShape::planar(*place)).collect();
     let weights = Shepard::new(&shapes).unwrap_or_else(|error| panic!("{error}"));
-    let bind = || SplineSkin::bind(chains.clone(), &weights, &BindOptions::default());
+    let bind = || BoundSkin::bind(chains.clone(), &weights, &BindOptions::default());
     let binding = Times::new((0..repeats).map(|_| clock::wall_ms(bind).0).collect::<Vec<_>>());
     let skin = bind().unwrap_or_else(|error| panic!("{error}"));
     let moves: Vec<Vec<DAffine2>> =

@@ -3,6 +3,11 @@
 pub use crate::curve::{
     HandleSide, Join, JumpPolicy, Method, Sampling, Scheme, SelectionTransform, SplineEdit, SplineEnd, SplineT,
 };
+#[cfg(feature = "characters")]
+pub use crate::plugin::{
+    BezierCharacter, BezierPaths, CharacterAsset, CharacterFailed, CharacterJoints, CharacterReady, CharacterState,
+    CharacterSystems, FlexibleSolve, LaidState, SplineSkin,
+};
 pub use crate::plugin::{
     BuiltSurface, ControlKind, ControlPoint, ControlPolygon, DragState, EditSpline, Editable, GestureId, LineChanged,
     LineCommands, LineDrawn, LineFailed, LinePen, LineSmoothing, LineSource, LineState, OnSurface, PendingEdit,

@@ -5,6 +5,8 @@
 pub(crate) mod arguments;
 pub(crate) mod clock;
 pub(crate) mod drag;
+#[cfg(all(feature = "svg", feature = "document"))]
+pub(crate) mod figure;
 pub(crate) mod made;
 pub(crate) mod records;
 pub(crate) mod samples;

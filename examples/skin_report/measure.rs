@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use bevy_surface_splines::skin::{
-    BindOptions, Chain, FlexibleOptions, JoinKind, JoinRules, NaiveWay, Shepard, SolveWorkspace, SplineSkin,
+    BindOptions, BoundSkin, Chain, FlexibleOptions, JoinKind, JoinRules, NaiveWay, Shepard, SolveWorkspace,
 };
 use bevy_surface_splines::vector::read_svg;
 use glam::{DAffine3, DVec3};
@@ -60,7 +60,7 @@ impl Measured {
             }
         }
         let start = Instant::now();
-        let skin = SplineSkin::bind(chains, &weights, &BindOptions::default()).map_err(|error| error.to_string())?;
+        let skin = BoundSkin::bind(chains, &weights, &BindOptions::default()).map_err(|error| error.to_string())?;
         found.bind_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut random = Random(1);
         let all: Vec<Vec<DAffine3>> = (0..poses).map(|_| rig.pose(&mut random)).collect();
@@ -76,7 +76,7 @@ impl Measured {
     }
 
     /// Takes all poses in single and double precision.
-    fn take_poses(&mut self, skin: &SplineSkin, all: &[Vec<DAffine3>], extent: f64) -> Result<(), String> {
+    fn take_poses(&mut self, skin: &BoundSkin, all: &[Vec<DAffine3>], extent: f64) -> Result<(), String> {
         let mut posed = skin.at_rest();
         let (mut workspace, mut points) = (SolveWorkspace::default(), Vec::new());
         let mut times = Vec::new();
@@ -98,7 +98,7 @@ impl Measured {
     }
 
     /// Frees ratios, and takes energies of all ways.
-    fn compare(&mut self, skin: &SplineSkin, weights: &Shepard, pose: &[DAffine3], extent: f64) -> Result<(), String> {
+    fn compare(&mut self, skin: &BoundSkin, weights: &Shepard, pose: &[DAffine3], extent: f64) -> Result<(), String> {
         let options = BindOptions::default();
         let mut posed = skin.at_rest();
         let start = Instant::now();

@@ -42,7 +42,7 @@ mod ply_values;
 #[cfg(feature = "formats")]
 mod read;
 #[cfg(any(feature = "formats", feature = "document"))]
-mod regular;
+pub(crate) mod regular;
 pub mod save;
 #[cfg(feature = "formats")]
 mod skinned;

@@ -80,7 +80,7 @@ impl Default for SkinnedMeshOptions {
 ///
 /// ```no_run
 /// use bevy_surface_splines::format::{SkinnedMeshOptions, read_skinned_mesh};
-/// use bevy_surface_splines::skin::{Chain, JoinRules, SplineSkin};
+/// use bevy_surface_splines::skin::{Chain, JoinRules, BoundSkin};
 /// use bevy_surface_splines::surface::{Surface, SurfaceOptions};
 /// use bevy_surface_splines::vector::SpatialPath;
 /// use glam::{DAffine3, DVec3};
@@ -89,7 +89,7 @@ impl Default for SkinnedMeshOptions {
 /// let surface = Surface::build(&fox.mesh, &SurfaceOptions::default())?;
 /// let collar = SpatialPath::from_points(vec![DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE], false).unwrap_or_default();
 /// let chain = Chain::spatial(&collar, &JoinRules::default());
-/// let skin = SplineSkin::bind(vec![chain], &fox.weights(&surface)?, &Default::default())?;
+/// let skin = BoundSkin::bind(vec![chain], &fox.weights(&surface)?, &Default::default())?;
 /// let mut posed = skin.at_rest();
 /// let mut locals = fox.locals();
 /// if let Some(neck) = fox.joint_named("b_Neck_04") {

@@ -12,6 +12,7 @@ mod frame;
 mod place;
 #[expect(clippy::module_inception, reason = "the file of `Placement` is called placement, like every type's file")]
 mod placement;
+mod plane_map;
 mod preview;
 mod project;
 #[cfg(test)]
@@ -20,6 +21,7 @@ mod tests;
 pub use place::{
     Boundary, DropReason, HandleRule, PathOutcome, PlaceOptions, PlacedDrawing, PlacedPath, PlacedSpline, place_drawing,
 };
-pub use placement::{PlaceError, Placement};
+pub use placement::{PlaceError, Placement, WalkedPlacement};
+pub use plane_map::{PlaneMap, PlanePoint, PlaneWalk};
 pub use preview::{DrawingOutline, PlacementPreview};
 pub use project::{ProjectError, drawing_about, drawing_in_view};

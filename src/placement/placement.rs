@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geodesic::{PathError, PathFinder};
+use crate::geodesic::{PathError, PathFinder, WalkStop};
 use crate::surface::{PointError, Surface, SurfacePoint};
 
 /// Where and how a drawing lies on a surface: by its centre, its upward direction and its scale.
@@ -16,6 +16,17 @@ pub struct Placement {
     pub up: DVec3,
     /// Length on the surface, in local units, of one unit of the drawing.
     pub scale: f64,
+}
+
+/// Where a placement came to by walking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkedPlacement {
+    /// Where it is now.
+    pub placement: Placement,
+    /// How far it went, in local units.
+    pub length: f64,
+    /// What ended the walk early, if anything did.
+    pub stopped: Option<WalkStop>,
 }
 
 /// Why a drawing cannot be placed at all.
@@ -70,6 +81,27 @@ impl Placement {
         }
         up.vector = up.vector.normalize_or_zero();
         Ok(Self { at: path.end(), up: surface.tangent_in_space(&surface.transport(&path, &up)?)?, ..*self })
+    }
+
+    /// The placement moved straight ahead, as what walks on the surface moves: in the direction that lies `angle` radians counter-clockwise from upward,
+    /// as seen against the normal. What is up is carried along, so that it keeps its angle to the way.
+    ///
+    /// # Errors
+    /// [`PlaceError`] if the centre does not belong to the surface, nothing is up, or a number is not finite.
+    pub fn walked(&self, surface: &Surface, angle: f64, distance: f64) -> Result<WalkedPlacement, PlaceError> {
+        let up = surface.tangent(&self.at, self.up)?;
+        if up.vector == glam::DVec2::ZERO {
+            return Err(PlaceError::NoUp { up: self.up });
+        }
+        let heading = surface.turned(&self.at, &up.with_length(1.0), angle)?;
+        let walk = surface.walk(&self.at, &heading, distance)?;
+        let end = walk.path.end();
+        let up = surface.tangent_in_space(&surface.turned(&end, &walk.heading, -angle)?)?;
+        Ok(WalkedPlacement {
+            placement: Self { at: end, up, ..*self },
+            length: walk.path.length(),
+            stopped: walk.stopped,
+        })
     }
 
     /// The placement pulled by a point of the drawing's upward axis, `reach` of its units above the centre: it turns and scales so that the

@@ -196,5 +196,5 @@ fn shape_of(path: Option<VectorPath>) -> Option<Shape> {
         dash_offset: 0.0,
     };
     let style = Style { stroke: Some(stroke), opacity: 1.0, ..Style::default() };
-    Some(Shape { element: "path".to_owned(), paths: vec![path], style, id: None })
+    Some(Shape { element: "path".to_owned(), paths: vec![path], style, id: None, group: None })
 }

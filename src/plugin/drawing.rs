@@ -10,6 +10,7 @@ use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future};
 use super::SurfaceSplineSystems;
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface, SurfaceChanged, SurfaceState};
+use crate::geodesic::WalkStop;
 use crate::placement::{self, PlaceError, PlaceOptions, PlacedDrawing, PlacedSpline, place_drawing};
 use crate::surface::{Surface, SurfacePoint};
 use crate::vector::{self, SvgError, SvgReport, import_svg};
@@ -84,6 +85,28 @@ pub struct Placement {
 impl From<Placement> for placement::Placement {
     fn from(Placement { at, up, scale }: Placement) -> Self {
         Self { at, up: up.as_dvec3(), scale }
+    }
+}
+
+impl Placement {
+    /// Goes straight ahead, in the direction that lies `angle` radians counter-clockwise from upward, for a distance in local units; what is up is
+    /// carried along. What stopped it, if anything did.
+    ///
+    /// # Errors
+    /// [`PlaceError`] if the centre does not belong to the surface, nothing is up, or a number is not finite; it stays then.
+    pub fn walk(&mut self, surface: &Surface, angle: f64, distance: f64) -> Result<Option<WalkStop>, PlaceError> {
+        let walked = placement::Placement::from(*self).walked(surface, angle, distance)?;
+        (self.at, self.up) = (walked.placement.at, walked.placement.up.as_vec3());
+        Ok(walked.stopped)
+    }
+
+    /// Turns counter-clockwise on the spot, as seen against the normal, by an angle in radians.
+    ///
+    /// # Errors
+    /// As [`walk`](Self::walk).
+    pub fn turn(&mut self, surface: &Surface, angle: f64) -> Result<(), PlaceError> {
+        self.up = placement::Placement::from(*self).turned(surface, angle)?.up.as_vec3();
+        Ok(())
     }
 }
 

@@ -4,8 +4,9 @@
 //! [`OnSurface`] lies on it; [`EditSpline`] messages change it, and its [`SplineTrace`] follows. A [`SurfaceLine`] is smoothed by its
 //! [`LineSmoothing`] into a [`SmoothedLine`]. [`Editable`] makes anchors and
 //! handles appear that can be picked and dragged. What would take longer than a frame has ([`TraceBudget`]) is computed in the
-//! background; a [`TracePreview`] is shown meanwhile. With the feature `svg`, a `Drawing` with a `Placement` becomes splines. On a mesh that
-//! joints or morph targets deform ([`DeformedSurface`]), curves ride along ([`RidingCurve`]) and picking hits what is seen.
+//! background; a [`TracePreview`] is shown meanwhile. With the feature `svg`, a `Drawing` with a `Placement` becomes splines. With the feature
+//! `characters`, `BezierPaths` are painted paths as meshes, a `SplineSkin` lets them follow joints, and a `BezierCharacter` is all of that from one file.
+//! On a mesh that joints or morph targets deform ([`DeformedSurface`]), curves ride along ([`RidingCurve`]) and picking hits what is seen.
 //!
 //! Every plugin can be added alone and names its schedule and set; [`SurfaceSplinePlugins`] adds them all. Sets run in
 //! `PostUpdate` in the order of [`SurfaceSplineSystems`], before transforms are propagated (drawing after), so an edit
@@ -16,6 +17,16 @@
 mod background;
 mod budget;
 mod build;
+#[cfg(feature = "characters")]
+mod character;
+#[cfg(feature = "characters")]
+mod character_asset;
+#[cfg(feature = "characters")]
+mod character_binding;
+#[cfg(feature = "characters")]
+mod character_capture;
+#[cfg(feature = "characters")]
+mod character_systems;
 mod controls;
 mod costs;
 mod curve;
@@ -34,12 +45,16 @@ mod drawing;
 mod edit;
 mod edit_costs;
 mod edit_queue;
+#[cfg(feature = "characters")]
+mod laid_paths;
 mod line;
 mod line_pen;
 mod line_remap;
 mod line_source;
 mod line_work;
 pub mod mesh;
+#[cfg(feature = "characters")]
+mod paths;
 mod pick;
 mod polygon;
 mod preview;
@@ -47,9 +62,13 @@ mod queries;
 mod remap;
 mod retrace;
 mod riding;
+#[cfg(feature = "characters")]
+mod skin_binding;
 mod smooth_lines;
 mod smoothed_line;
 mod spline;
+#[cfg(feature = "characters")]
+mod spline_skin;
 mod surface;
 pub mod testing;
 mod trace;
@@ -59,6 +78,16 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub use budget::TraceBudget;
+#[cfg(feature = "characters")]
+pub use character::{
+    BezierCharacter, CharacterFailed, CharacterJoints, CharacterPlugin, CharacterReady, CharacterState,
+};
+#[cfg(feature = "characters")]
+pub use character_asset::{CharacterAsset, CharacterClip, CharacterLoadError, CharacterLoader};
+#[cfg(feature = "characters")]
+pub use character_capture::{CharacterCapture, CharacterCaptureError};
+#[cfg(feature = "characters")]
+pub use character_systems::CharacterSystems;
 pub use controls::{ControlKind, ControlOf, ControlPoint, Controls, ControlsPlugin, Editable};
 pub use curve::TraceCurve;
 pub use debug_draw::{DebugDrawPlugin, SplineGizmos};
@@ -82,18 +111,26 @@ pub use edit::{
     EditPlugin, EditRefusal, EditSpline, EndGesture, GestureEnded, GestureId, SplineEditRefused, SplineEdited,
 };
 pub use edit_queue::PendingEdit;
+#[cfg(feature = "characters")]
+pub use laid_paths::LaidState;
 pub use line::{LineChanged, LineFailed, LinePlugin, LineSmoothing, LineState, SurfaceLine};
 pub use line_pen::{LineDrawn, LinePen, LinePenPlugin};
 pub use line_source::{LineCommands, LineFitError, LineSource};
 pub use mesh::{MeshReadError, mesh_from, triangle_mesh_from};
+#[cfg(feature = "characters")]
+pub use paths::{BezierPaths, PathPlugin, PathStatistics};
 pub use pick::{CurveHit, LineHit, PickPlugin, Picker, SplinePickingSettings, SurfaceHit};
 pub use polygon::{ControlPolygon, PolygonPlugin};
 pub use preview::{PreviewKind, TracePreview};
 pub use queries::{SurfaceQueries, SurfaceQueryError, SurfaceView, WorldHit, WorldPlace, WorldWalk};
 pub use retrace::{RetracePlugin, TraceStatistics};
 pub use riding::{RidingCurve, RidingPlugin};
+#[cfg(feature = "characters")]
+pub use skin_binding::{JointWeights, SkinBinding, SkinState};
 pub use smoothed_line::{LinePlace, SmoothedLine};
 pub use spline::{SplinePlugin, SplineSource, SplineState, SurfaceSpline};
+#[cfg(feature = "characters")]
+pub use spline_skin::{FlexibleSolve, SkinPlugin, SkinPose, SplineSkin};
 pub use surface::{
     BuiltSurface, OnSurface, SplineSurface, SurfaceChanged, SurfaceFailed, SurfaceItems, SurfacePlugin, SurfaceReady,
     SurfaceState,
@@ -151,6 +188,8 @@ impl PluginGroup for SurfaceSplinePlugins {
         let group = group.add(DocumentPlugin);
         #[cfg(feature = "svg")]
         let group = group.add(DrawingPlugin);
+        #[cfg(feature = "characters")]
+        let group = group.add(PathPlugin).add(SkinPlugin).add(CharacterPlugin);
         group
             .add(SurfacePlugin)
             .add(SplinePlugin)

@@ -66,16 +66,41 @@ impl BoundChain {
             return Err(SkinError::NoHandles);
         }
         let rule = options.quadrature.unwrap_or_else(|| weights.quadrature()).rule();
-        let mut at_node = vec![0.0; count];
+        let all = Self::sample(chain, number, weights, &rule)?;
+        let mut bound = Self::of_samples(chain, count, &rule, &all, options.measure);
+        if bound.turns_along() {
+            let mut at_node = vec![0.0; count];
+            for anchor in 0..chain.anchor_count() {
+                let place = chain.points()[3 * anchor];
+                normalised(weights, place, &mut at_node)
+                    .ok_or(SkinError::NoWeights { chain: number, segment: anchor.min(chain.segment_count() - 1) })?;
+                bound.anchor_weights.extend(bound.handles.iter().map(|handle| at_node[*handle as usize]));
+            }
+        }
+        Ok(bound)
+    }
+
+    /// Weights at all places that integrals ask for: those of all handles at the first, then at the second, …; each time they sum to one.
+    pub(crate) fn sample(
+        chain: &Chain,
+        number: usize,
+        weights: &dyn WeightField,
+        rule: &[(f64, f64)],
+    ) -> Result<Vec<f64>, SkinError> {
+        let count = weights.handle_count();
         let mut all = vec![0.0; chain.segment_count() * rule.len() * count];
         for (segment, of_segment) in all.chunks_exact_mut((rule.len() * count).max(1)).enumerate() {
             let control = chain.segment(segment);
             for ((t, _), out) in rule.iter().zip(of_segment.chunks_exact_mut(count)) {
-                normalised(weights, point(&control, &bernstein(*t)), &mut at_node)
+                normalised(weights, point(&control, &bernstein(*t)), out)
                     .ok_or(SkinError::NoWeights { chain: number, segment })?;
-                out.copy_from_slice(&at_node);
             }
         }
+        Ok(all)
+    }
+
+    /// Binds a chain by weights that were sampled; one in space that keeps angles needs those of its anchors besides.
+    pub(crate) fn of_samples(chain: &Chain, count: usize, rule: &[(f64, f64)], all: &[f64], measure: Measure) -> Self {
         let moves = |handle: &u32| all.chunks_exact(count).any(|node| node[*handle as usize] > 0.0);
         let handles: Vec<u32> = (0..count as u32).filter(moves).collect();
         let mut bound = Self {
@@ -89,17 +114,17 @@ impl BoundChain {
             anchor_weights: Vec::new(),
         };
         for (segment, of_segment) in all.chunks_exact((rule.len() * count).max(1)).enumerate() {
-            bound.integrate(segment, &rule, of_segment, count, options.measure);
+            bound.integrate(segment, rule, of_segment, count, measure);
         }
-        if bound.turns_along() {
-            for anchor in 0..chain.anchor_count() {
-                let place = chain.points()[3 * anchor];
-                normalised(weights, place, &mut at_node)
-                    .ok_or(SkinError::NoWeights { chain: number, segment: anchor.min(chain.segment_count() - 1) })?;
-                bound.anchor_weights.extend(bound.handles.iter().map(|handle| at_node[*handle as usize]));
-            }
-        }
-        Ok(bound)
+        bound
+    }
+
+    /// The chain bound to some of more handles: `handles` has the number of each one that it is bound to, in ascending order.
+    #[cfg(all(feature = "svg", feature = "document"))]
+    pub(crate) fn among(mut self, handles: &[u32], count: usize) -> Self {
+        self.handles.iter_mut().for_each(|handle| *handle = handles[*handle as usize]);
+        self.handle_count = count;
+        self
     }
 
     /// The chain at rest.

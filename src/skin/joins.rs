@@ -5,6 +5,7 @@ use glam::DVec3;
 /// What stays the same about two segments that meet at an anchor while handles move them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
+#[cfg_attr(feature = "document", derive(serde::Serialize, serde::Deserialize))]
 pub enum JoinKind {
     /// That they meet (C0).
     #[default]

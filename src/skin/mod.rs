@@ -1,6 +1,6 @@
 //! Splines that follow handles and stay splines.
 //!
-//! Handles move places by a blend of their transforms (linear blend skinning), and what becomes of a cubic Bézier curve is not one. A [`SplineSkin`] finds
+//! Handles move places by a blend of their transforms (linear blend skinning), and what becomes of a cubic Bézier curve is not one. A [`BoundSkin`] finds
 //! the control points whose curves are nearest to it in the least squares sense, among all that keep their joins: corners that meet, smooth and
 //! mirrored joins, angles, pinned anchors (Liu, Jacobson and Gingold 2014, *Skinning cubic Bézier splines and Catmull–Clark subdivision
 //! surfaces*). What comes out can be edited like what went in.
@@ -14,6 +14,7 @@
 mod band;
 mod block;
 mod bound;
+mod bound_skin;
 mod chain;
 mod energy;
 mod error;
@@ -21,8 +22,6 @@ mod flexible;
 mod joins;
 mod naive;
 mod quadrature;
-#[expect(clippy::module_inception, reason = "the file of `SplineSkin` is called skin, like every type's file")]
-mod skin;
 mod solve;
 mod split;
 mod spread;
@@ -33,6 +32,7 @@ mod turn;
 mod weights;
 
 pub use bound::{BindOptions, BoundChain, Measure};
+pub use bound_skin::{BoundSkin, FlexibleReport, Posed, in_space};
 pub use chain::Chain;
 pub use energy::skinned;
 pub use error::SkinError;
@@ -40,7 +40,6 @@ pub use flexible::{FlexibleOptions, FlexibleOutcome};
 pub use joins::{ChainJoin, JoinKind, JoinRules};
 pub use naive::NaiveWay;
 pub use quadrature::Quadrature;
-pub use skin::{FlexibleReport, Posed, SplineSkin, in_space};
 pub use solve::SolveWorkspace;
 pub use split::{SplitChain, SplitOptions};
 pub use weights::{Cage, HandleShape, Shepard, SkinSet, SurfaceWeights, WeightField, WeightsError};

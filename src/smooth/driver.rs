@@ -94,7 +94,8 @@ impl<'a, 'w> Smoother<'a, 'w> {
 
     /// Whether the line turns more than the one given, or is longer, though it is not to.
     fn is_rougher(&mut self) -> bool {
-        let SmoothWorkspace { gauge, strip, given, .. } = &mut *self.workspace;
+        let before = self.workspace.measured_given(self.surface);
+        let SmoothWorkspace { gauge, strip, .. } = &mut *self.workspace;
         let shrinks = match self.smoothing.mode {
             SmoothingMode::Geodesic | SmoothingMode::Budget { .. } | SmoothingMode::Tether { .. } => true,
             SmoothingMode::Stencil { scale, .. } => scale <= 1.0,
@@ -102,8 +103,8 @@ impl<'a, 'w> Smoother<'a, 'w> {
         };
         let more = |after: f64, before: f64| after > before * (1.0 + 1e-9) + 1e-9;
         shrinks
-            && (more(gauge.total_turn(self.surface, strip), gauge.total_turn(self.surface, given))
-                || strip.length(self.surface) > given.length(self.surface) * (1.0 + 1e-9))
+            && (more(gauge.total_turn(self.surface, strip), before.total_turn)
+                || strip.length(self.surface) > before.length * (1.0 + 1e-9))
     }
 
     /// What else there is where a line became rougher: wishes that are scaled down, and at last the line given.
@@ -231,7 +232,7 @@ impl<'a, 'w> Smoother<'a, 'w> {
 
     /// Smooths once, from the line given.
     fn by(&mut self, mode: SmoothingMode, tether: Option<f64>, envelope: Option<f64>) -> Done {
-        let SmoothWorkspace { engine, strip, given, gauge, .. } = &mut *self.workspace;
+        let SmoothWorkspace { finder, engine, strip, given, gauge, .. } = &mut *self.workspace;
         let (surface, smoothing, watch) = (self.surface, self.smoothing, &mut *self.watch);
         strip.copy_from(given);
         engine.metric.set_surface();
@@ -244,6 +245,7 @@ impl<'a, 'w> Smoother<'a, 'w> {
             barrier: smoothing.barrier,
             mean: self.mean,
             max_rounds: smoothing.max_rounds,
+            is_short: false,
         };
         if tether.is_some() {
             engine.judge(surface, given, smoothing.roughness, smoothing.range.as_ref());
@@ -282,11 +284,21 @@ impl<'a, 'w> Smoother<'a, 'w> {
                 engine.sweep(surface, strip, &plan, order, smoothing.max_sweeps, enough, watch)
             }
             None if straight && !given.closed => self.straightened(),
-            None => engine.relax(surface, strip, &plan, watch),
+            None => {
+                let only_tethered = plan.tether.is_some() && !plan.profile && engine.metric.is_surface();
+                plan.is_short = only_tethered && envelope.is_none() && plan.barrier.is_none();
+                if plan.is_short {
+                    engine.take_shortcuts(surface, finder, strip, &plan, watch);
+                }
+                engine.relax(surface, strip, &plan, watch)
+            }
         };
         if straight && order.is_none() && self.workspace.given.closed && !done.collapsed {
             done = self.tightened(&plan, done);
         }
+        // It may have shrunk to a vertex in the last steps.
+        let SmoothWorkspace { engine, strip, .. } = &*self.workspace;
+        done.collapsed |= strip.closed && (strip.len() < 3 || engine.is_point(surface, strip, plan.mean));
         Done { closeness: tether, ..done }
     }
 }

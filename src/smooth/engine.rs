@@ -12,8 +12,9 @@ use super::{
     plain::Sweeper,
     profile::Profile,
     progress::Watch,
+    shortcuts::Shortcuts,
     solve::Solver,
-    strip::{Strip, UNKNOWN},
+    strip::Strip,
     task::{Task, Tether},
     tree::LineTree,
     windows::solve_window,
@@ -25,20 +26,30 @@ use crate::surface::{InnerPoint, Surface};
 /// Crossings this near to a vertex, in mean edges, may pass it.
 pub(crate) const NEAR: f64 = 1e-2;
 /// How corners are rounded off at first, in mean edges: crossings that gather at a vertex would stall without.
-const FIRST: [f64; 2] = [0.1, 0.01];
-/// How corners are rounded off while vertices are passed, in mean edges: less when nothing more is to pass.
-const LEVELS: [&[f64]; 3] = [&[1e-2], &[1e-2, 1e-3], &[1e-4]];
+const FIRST: [&[f64]; 3] = [&[0.1, 0.01], &[0.03, 1e-3], &[0.03, 1e-3, 1e-4]];
+/// How corners are rounded off while vertices are passed, in mean edges, level after level: less when nothing more is to pass. Of the
+/// whole line when a level is reached.
+const LEVELS: [&[f64]; 3] = [&[1e-2], &[1e-3], &[1e-4]];
+/// And about vertices that were passed.
+const PASSED: [&[f64]; 3] = [&[1e-2], &[1e-2, 1e-3], &[1e-2, 1e-3, 1e-4]];
 /// How corners are rounded off at the end.
-const LAST: [f64; 3] = [1e-3, 1e-4, 1e-6];
+const LAST: [f64; 2] = [1e-4, 1e-6];
 /// Rounds in which a line may get no shorter.
 const IDLE: u32 = 24;
+/// The length is looked at in every so many rounds.
+const LOOKS: u32 = 4;
 /// By how much a line may grow when it passes vertices.
 const GROWTH: f64 = 1e-3;
 /// Turns that may remain while most vertices are passed.
 const COARSELY: f64 = 1e-2;
+/// Turns that may remain where a tether holds the line, until the end; and where it holds it loosely, so that they add up.
+const HELD: [f64; 2] = [2e-2, 1e-2];
 /// Turns that may remain before vertices are passed, and at the end.
 const ROUGHLY: f64 = 1e-3;
 const EXACTLY: f64 = 1e-7;
+/// A tether of this closeness holds a line; below that it holds it loosely.
+const HOLDS: f64 = 0.05;
+const LOOSE: f64 = 3.0;
 /// Crossings begin this far inside their sides, so that none is stuck at a vertex.
 const INSIDE: f64 = 1e-3;
 
@@ -60,6 +71,8 @@ pub(crate) struct Plan {
     /// Mean length of a side.
     pub(crate) mean: f64,
     pub(crate) max_rounds: u32,
+    /// Whether shortcuts were taken.
+    pub(crate) is_short: bool,
 }
 
 /// How a strip is solved for.
@@ -124,10 +137,12 @@ pub(crate) struct Engine {
     pub(crate) begin: f64,
     pub(crate) wished: Vec<f64>,
     pub(crate) bounds: Vec<[f64; 2]>,
-    stiffness: Vec<f64>,
+    pub(crate) stiffness: Vec<f64>,
+    pub(crate) shortcuts: Shortcuts,
     ends: Vec<[bool; 2]>,
     pieces: Vec<[f64; 2]>,
     pub(crate) turns: Vec<(usize, f64)>,
+    pub(crate) fros: Vec<f64>,
     kept: Strip,
     /// Which crossings are solved for.
     pub(crate) windows: Vec<Range<usize>>,
@@ -150,17 +165,25 @@ impl Engine {
         self.profile.measure(strip, &self.layout, &self.nodes, passes, scale);
     }
 
-    /// Smooths a strip, of which the drawn line, the profile and the metric are known.
-    pub(crate) fn relax(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, watch: &mut Watch<'_>) -> Done {
-        let mut done = Done::default();
-        self.flipper.counts.clear();
+    /// Fills in how stiff the tether is.
+    pub(crate) fn fill_stiffness(&mut self, plan: &Plan) {
         self.stiffness.clear();
         if let Some(closeness) = plan.tether {
             let per = closeness / (plan.reach * plan.reach);
             self.stiffness.extend(self.factors.iter().map(|factor| factor * per));
         }
+    }
+
+    /// Smooths a strip, of which the drawn line, the profile and the metric are known.
+    pub(crate) fn relax(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, watch: &mut Watch<'_>) -> Done {
+        let mut done = Done::default();
+        self.flipper.counts.clear();
+        self.fill_stiffness(plan);
         let near = NEAR * plan.mean;
-        let (mut seams, mut level, mut kept) = (0, 0, f64::INFINITY);
+        // A tether forgives turns that would let a free line drift.
+        let is_held = plan.is_short && plan.tether.is_some_and(|closeness| closeness >= HOLDS);
+        // What was straightened has few vertices left to pass.
+        let (mut seams, mut level, mut kept) = (0, usize::from(plan.is_short), f64::INFINITY);
         let mut raised = true;
         let (mut shortest, mut since) = (f64::INFINITY, 0);
         loop {
@@ -171,16 +194,26 @@ impl Engine {
                     |s: &Strip, i: usize| near / layout.lengths[i].max(f64::MIN_POSITIVE) >= s.at[i].min(1.0 - s.at[i]);
                 let _ = strip.seam_off_vertices(lengths);
             }
-            if strip.closed && (strip.len() < 3 || self.is_point(surface, strip, plan)) {
+            if strip.closed && (strip.len() < 3 || self.is_point(surface, strip, plan.mean)) {
                 done.collapsed = true;
                 return done;
             }
             let first = done.rounds == 0;
             self.choose_windows(strip, raised || seams > 0);
             let how = How {
-                stages: if first { &FIRST } else { LEVELS[level] },
+                stages: if first {
+                    FIRST[level]
+                } else if raised {
+                    LEVELS[level]
+                } else {
+                    PASSED[level]
+                },
                 inside: if first { INSIDE } else { 0.0 },
-                tolerance: if level == 0 { COARSELY } else { ROUGHLY },
+                tolerance: match level {
+                    _ if is_held => HELD[usize::from(plan.tether < Some(LOOSE))],
+                    0 => COARSELY,
+                    _ => ROUGHLY,
+                },
                 afresh: raised,
             };
             raised = false;
@@ -204,7 +237,7 @@ impl Engine {
                 break;
             }
             // Where vertices are passed to and fro, nothing is gained any more.
-            let length = self.layout.length(&strip.at);
+            let length = if done.rounds.is_multiple_of(LOOKS) { self.layout.length(&strip.at) } else { f64::INFINITY };
             if length < shortest * (1.0 - 1e-7) {
                 (shortest, since) = (length, done.rounds);
             } else if done.rounds > since + IDLE {
@@ -215,7 +248,7 @@ impl Engine {
             done.flips += flipped.count as u32;
             if flipped.count > 0 {
                 watch.see(strip);
-                (seams, level) = (0, level.min(1));
+                seams = 0;
             } else if flipped.at_seam && seams < 2 {
                 seams += 1;
             } else if level + 1 == LEVELS.len() {
@@ -263,13 +296,16 @@ impl Engine {
         let Self { layout, solver, line, wished, bounds, stiffness, ends, windows, parts, .. } = self;
         let (sees, mut steps) = (watch.sees(), 0);
         let mut nearest = std::mem::take(&mut strip.near);
-        if how.afresh {
-            nearest.fill(UNKNOWN);
-        }
         let mut task = Task {
             layout,
             turns: if plan.profile { wished } else { &[] },
-            tether: plan.tether.map(|_| Tether { line, stiffness, nearest: &mut nearest, steady: false }),
+            tether: plan.tether.map(|_| Tether {
+                line,
+                stiffness,
+                nearest: &mut nearest,
+                afresh: how.afresh,
+                steady: false,
+            }),
             bounds,
             barrier: plan.barrier.map(|reach| (reach, ends.as_slice())),
             mean: plan.mean,
@@ -280,13 +316,16 @@ impl Engine {
         };
         let mut at = std::mem::take(&mut strip.at);
         let closed = strip.closed;
-        let mut show = |at: &[f64]| {
-            strip.at.clear();
-            strip.at.extend_from_slice(at);
-            watch.see(strip);
+        let mut show = |at: &[f64], moved: usize| {
+            if sees {
+                strip.at.clear();
+                strip.at.extend_from_slice(at);
+                watch.see(strip);
+            }
+            watch.stops_within(moved)
         };
         for window in windows.iter_mut() {
-            let show = sees.then_some(&mut show as &mut dyn FnMut(&[f64]));
+            let show = Some(&mut show as &mut dyn FnMut(&[f64], usize) -> bool);
             steps += solve_window(solver, &mut task, window, parts, &mut at, closed, show);
         }
         (strip.at, strip.near) = (at, nearest);
@@ -356,9 +395,9 @@ impl Engine {
     }
 
     /// Whether a closed line has shrunk to a point.
-    fn is_point(&self, surface: &Surface, strip: &Strip, plan: &Plan) -> bool {
+    pub(crate) fn is_point(&self, surface: &Surface, strip: &Strip, mean: f64) -> bool {
         let Some(first) = (!strip.sides.is_empty()).then(|| strip.crossing(surface, 0)) else { return true };
-        (0..strip.len()).all(|i| strip.crossing(surface, i).distance(first) < 2.0 * NEAR * plan.mean)
+        (0..strip.len()).all(|i| strip.crossing(surface, i).distance(first) < 2.0 * NEAR * mean)
     }
 }
 

@@ -16,7 +16,7 @@ use super::{
 use crate::surface::{HalfEdge, Surface};
 
 /// A vertex is not passed more often than this.
-const MOST_FLIPS: u8 = 12;
+const MOST_FLIPS: u8 = 4;
 /// A line that bends less than this more than it is to, in radians, may be about to leave the vertex.
 const PRESSING: f64 = 1e-3;
 /// Crossings beside one that is at a vertex are at it too if they are so many times farther at most.
@@ -122,9 +122,7 @@ impl Flipper {
                 continue;
             }
             *self.counts.entry(run.vertex).or_insert(0) += 1;
-            for k in copied..run.first {
-                held |= self.next.push_from(surface, strip, k);
-            }
+            held |= self.next.append(surface, strip, copied..run.first);
             let begin = self.next.len();
             held |= self.splice(surface, metric, strip, layout, &run, rule.straight);
             self.changed.push(begin.min(self.next.len())..self.next.len());
@@ -133,9 +131,7 @@ impl Flipper {
             flipped.count += 1;
         }
         if flipped.count > 0 {
-            for k in copied..n {
-                held |= self.next.push_from(surface, strip, k);
-            }
+            held |= self.next.append(surface, strip, copied..n);
             let first = self.next.sides.first().copied();
             self.next.close_seam_if_closed(surface);
             let seam = self.next.sides.last().map(|last| surface.twin(*last));

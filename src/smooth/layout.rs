@@ -32,34 +32,98 @@ pub(crate) struct Layout {
     pub(crate) rights: Vec<DVec3>,
     pub(crate) extents: Vec<DVec3>,
     closed: bool,
+    /// Of which surface, and measured how.
+    of: Option<(u64, u64)>,
+    sides: Vec<HalfEdge>,
+    ends: [InnerPoint; 2],
+    anew: Anew,
 }
 
+/// What is laid flat anew.
+#[derive(Debug, Default)]
+struct Anew {
+    legs: Vec<Leg>,
+    lengths: Vec<f64>,
+    rights: Vec<DVec3>,
+    extents: Vec<DVec3>,
+}
+
+/// How far apart, in sides of both strips together, two strips may meet again where they differ.
+const APART: usize = 40;
+
 impl Layout {
-    /// Lays the faces of a strip flat. Cost: linear.
+    /// Lays the faces of a strip flat: those that were not laid flat for the strip before. Cost: linear, and little where nothing changed.
     pub(crate) fn build(&mut self, surface: &Surface, metric: &mut Metric, strip: &Strip) {
-        self.legs.clear();
-        self.lengths.clear();
-        self.rights.clear();
-        self.extents.clear();
-        self.closed = strip.closed;
-        let n = strip.len();
-        for h in &strip.sides {
-            let [a, b] = [surface.origin(*h), surface.target(*h)].map(|v| surface.positions[v as usize]);
-            self.rights.push(a);
-            self.extents.push(b - a);
-            self.lengths.push(metric.length(surface, *h));
+        let of = Some((surface.identity(), metric.version()));
+        let ends = [strip.start, strip.end];
+        let is_known = self.of == of && self.closed == strip.closed;
+        if is_known && self.sides == strip.sides && (strip.closed || self.ends == ends) {
+            return;
         }
-        let Some(first) = strip.sides.first() else { return };
-        if strip.closed {
-            self.legs.push(through(surface, metric, strip.sides[n - 1], strip.sides[0]));
-        } else {
-            self.legs.push(out_of(surface, metric, &strip.start, *first));
+        (self.of, self.closed, self.ends) = (of, strip.closed, ends);
+        if !is_known {
+            self.legs.clear();
+            self.lengths.clear();
+            self.rights.clear();
+            self.extents.clear();
+            self.sides.clear();
         }
-        for pair in strip.sides.windows(2) {
-            self.legs.push(through(surface, metric, pair[0], pair[1]));
+        let (new, old) = (strip.sides.as_slice(), self.sides.as_slice());
+        let alike = |(a, b): &(&HalfEdge, &HalfEdge)| a == b;
+        let head = new.iter().zip(old).take_while(alike).count();
+        let tail = new[head..].iter().rev().zip(old[head..].iter().rev()).take_while(alike).count();
+        self.splice(surface, metric, strip, [head, tail]);
+    }
+
+    /// Lays the sides anew that are neither of the first nor of the last ones, which are as they were.
+    fn splice(&mut self, surface: &Surface, metric: &mut Metric, strip: &Strip, [head, tail]: [usize; 2]) {
+        let Self { legs, lengths, rights, extents, anew, sides, .. } = self;
+        let (n, m) = (strip.len(), sides.len());
+        let (new, old) = (&strip.sides[head..n - tail], &sides[head..m - tail]);
+        anew.legs.clear();
+        anew.lengths.clear();
+        anew.rights.clear();
+        anew.extents.clear();
+        let (mut i, mut j) = (0, 0);
+        while i < new.len() {
+            let alike = new[i..].iter().zip(&old[j..]).take_while(|(a, b)| a == b).count();
+            if alike > 0 {
+                let known = head + j..head + j + alike;
+                anew.legs.push(leg(surface, metric, strip, head + i));
+                anew.legs.extend_from_slice(&legs[known.start + 1..known.end]);
+                anew.lengths.extend_from_slice(&lengths[known.clone()]);
+                anew.rights.extend_from_slice(&rights[known.clone()]);
+                anew.extents.extend_from_slice(&extents[known]);
+                (i, j) = (i + alike, j + alike);
+                continue;
+            }
+            let [skip, drop] = meet(&new[i..], &old[j..]);
+            for (k, h) in new.iter().enumerate().skip(i).take(skip) {
+                let [a, b] = [surface.origin(*h), surface.target(*h)].map(|v| surface.positions[v as usize]);
+                anew.rights.push(a);
+                anew.extents.push(b - a);
+                anew.lengths.push(metric.length(surface, *h));
+                anew.legs.push(leg(surface, metric, strip, head + k));
+            }
+            (i, j) = (i + skip, j + drop);
         }
+        let gone = head..m - tail;
+        lengths.splice(gone.clone(), anew.lengths.drain(..));
+        rights.splice(gone.clone(), anew.rights.drain(..));
+        extents.splice(gone.clone(), anew.extents.drain(..));
+        legs.truncate(m);
+        legs.splice(gone.clone(), anew.legs.drain(..));
+        sides.splice(gone, new.iter().copied());
+        if n == 0 {
+            return;
+        }
+        // Legs lie between two sides: the one behind the new ones, the first, and the last of an open line.
+        if tail > 0 {
+            legs[n - tail] = leg(surface, metric, strip, n - tail);
+        }
+        legs[0] = leg(surface, metric, strip, 0);
         if !strip.closed {
-            self.legs.push(into(surface, metric, strip.sides[n - 1], &strip.end));
+            legs.push(into(surface, metric, strip.sides[n - 1], &strip.end));
         }
     }
 
@@ -123,6 +187,29 @@ impl Layout {
     pub(crate) fn place(&self, i: usize, at: f64) -> DVec3 {
         self.rights[i] + at * self.extents[i]
     }
+}
+
+/// The leg to crossing `i`.
+fn leg(surface: &Surface, metric: &mut Metric, strip: &Strip, i: usize) -> Leg {
+    match (i.checked_sub(1), strip.closed) {
+        (Some(before), _) => through(surface, metric, strip.sides[before], strip.sides[i]),
+        (None, true) => through(surface, metric, strip.sides[strip.len() - 1], strip.sides[i]),
+        (None, false) => out_of(surface, metric, &strip.start, strip.sides[i]),
+    }
+}
+
+/// How many sides of two strips that differ are to be left until they are alike again; what is left of the strips where that is far.
+fn meet(new: &[HalfEdge], old: &[HalfEdge]) -> [usize; 2] {
+    for both in 1..=APART {
+        for skip in 0..=both {
+            if let (Some(a), Some(b)) = (new.get(skip), old.get(both - skip))
+                && a == b
+            {
+                return [skip, both - skip];
+            }
+        }
+    }
+    if old.is_empty() { [new.len(), 0] } else { [APART.min(new.len()), APART.min(old.len())] }
 }
 
 /// The face entered across `before` and left through `next`.

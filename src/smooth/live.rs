@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 
 use super::{
-    LineMetrics, SmoothError, SmoothProgress, SmoothRange, SmoothWorkspace, Smoothed, Smoothing, SmoothingMode,
-    SurfacePolyline, progress::Watch,
+    SmoothError, SmoothProgress, SmoothRange, SmoothWorkspace, Smoothed, Smoothing, SmoothingMode, SurfacePolyline,
+    progress::Watch,
 };
 use crate::surface::Surface;
 
-/// A line that is smoothed by one closeness after the other.
+/// A line that is smoothed by one closeness after the other, or by one mode after the other.
 ///
 /// What depends on the line alone is done once. Every result is that of [`smooth`](super::smooth), whatever came before it; once
 /// warm nothing is allocated. It holds no reference to its surface, and may go to another thread.
@@ -34,7 +34,6 @@ pub struct LiveSmoothing {
     workspace: SmoothWorkspace,
     line: SurfacePolyline,
     smoothing: Smoothing,
-    before: LineMetrics,
     surface: u64,
     out: Smoothed,
 }
@@ -49,7 +48,6 @@ impl LiveSmoothing {
             workspace: SmoothWorkspace::default(),
             line: SurfacePolyline::blank(),
             smoothing,
-            before: LineMetrics::default(),
             surface: 0,
             out: Smoothed::blank(),
         };
@@ -63,9 +61,9 @@ impl LiveSmoothing {
     /// [`SmoothError`] if the line belongs to another surface; all is then as it was.
     pub fn take_up(&mut self, surface: &Surface, line: SurfacePolyline) -> Result<(), SmoothError> {
         self.workspace.prepare(surface, &line)?;
-        self.before = self.workspace.measure_given(surface);
+        let before = self.workspace.measured_given(surface);
         self.surface = surface.identity();
-        self.out.become_given(&line, self.before);
+        self.out.become_given(&line, before);
         self.line = line;
         Ok(())
     }
@@ -76,7 +74,7 @@ impl LiveSmoothing {
     /// [`SmoothError`] as of [`smooth`](super::smooth), or if the surface is not the one on which the line was taken up;
     /// [`result`](Self::result) is then as it was.
     pub fn smooth(&mut self, surface: &Surface, closeness: f64) -> Result<&Smoothed, SmoothError> {
-        self.watched(surface, closeness, &mut Watch::nobody())
+        self.watched(surface, SmoothingMode::Tether { closeness }, &mut Watch::nobody())
     }
 
     /// [`smooth`](Self::smooth), asking after every round whether to go on: the slider may have moved on.
@@ -89,17 +87,35 @@ impl LiveSmoothing {
         closeness: f64,
         go_on: &mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>,
     ) -> Result<&Smoothed, SmoothError> {
-        self.watched(surface, closeness, &mut Watch::asking(go_on))
+        self.watched(surface, SmoothingMode::Tether { closeness }, &mut Watch::asking(go_on))
     }
 
-    fn watched(&mut self, surface: &Surface, closeness: f64, watch: &mut Watch<'_>) -> Result<&Smoothed, SmoothError> {
+    /// Smooths the line that was taken up by any mode, asking after every round whether to go on.
+    ///
+    /// # Errors
+    /// As [`smooth_while`](Self::smooth_while).
+    pub fn smooth_by(
+        &mut self,
+        surface: &Surface,
+        mode: SmoothingMode,
+        go_on: &mut dyn FnMut(&SmoothProgress) -> ControlFlow<()>,
+    ) -> Result<&Smoothed, SmoothError> {
+        self.watched(surface, mode, &mut Watch::asking(go_on))
+    }
+
+    fn watched(
+        &mut self,
+        surface: &Surface,
+        mode: SmoothingMode,
+        watch: &mut Watch<'_>,
+    ) -> Result<&Smoothed, SmoothError> {
         if surface.identity() != self.surface {
             return Err(SmoothError::OtherSurface);
         }
-        self.smoothing.mode = SmoothingMode::Tether { closeness };
+        self.smoothing.mode = mode;
         self.smoothing.check()?;
         let done = self.workspace.run(surface, &self.smoothing, watch)?;
-        self.workspace.give(surface, Some(self.before), done, &mut self.out);
+        self.workspace.give(surface, done, &mut self.out);
         Ok(&self.out)
     }
 

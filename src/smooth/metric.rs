@@ -26,6 +26,8 @@ pub(crate) struct Metric {
     reach: f64,
     tree: LineTree,
     distances: HashMap<u32, f64>,
+    /// How often it was set.
+    count: u64,
 }
 
 impl Metric {
@@ -40,6 +42,17 @@ impl Metric {
         (self.kind, self.weight, self.reach) = (kind, weight, reach);
         self.tree.copy_from(line);
         self.distances.clear();
+        self.count += 1;
+    }
+
+    /// A number for how sides are measured: 0 as they are.
+    pub(crate) fn version(&self) -> u64 {
+        if self.is_surface() { 0 } else { self.count }
+    }
+
+    /// Whether sides are as they are.
+    pub(crate) fn is_surface(&self) -> bool {
+        self.kind == Kind::Surface
     }
 
     /// Distance of a vertex from the line, in reaches.

@@ -106,7 +106,7 @@ impl Gauge {
             strip.positions_into(surface, &mut self.positions);
             let (there, mean) = apart(&self.positions, from, mean_edge);
             self.tree.build(&self.positions);
-            let (back, _) = apart(from.points(), &self.tree, mean_edge);
+            let back = farthest(from.points(), &self.tree);
             (found.max_distance, found.mean_distance, found.max_missed) = (there, mean, back);
         }
         found
@@ -207,6 +207,25 @@ pub(crate) fn apart(points: &[DVec3], from: &LineTree, mean_edge: f64) -> (f64, 
         length += long;
     }
     (largest, if length > 0.0 { sum / length } else { largest })
+}
+
+/// Largest distance of a line's points from another line. From a point to the next it grows by no more than the way, so that most need not be
+/// asked for.
+pub(crate) fn farthest(points: &[DVec3], from: &LineTree) -> f64 {
+    let (mut largest, mut at_most, mut hint) = (0.0_f64, f64::INFINITY, None);
+    let mut before = points.first().copied().unwrap_or_default();
+    for p in points {
+        at_most += before.distance(*p);
+        before = *p;
+        if at_most <= largest {
+            continue;
+        }
+        if let Some(near) = from.nearest(*p, hint) {
+            (hint, at_most) = (Some(near.stretch), near.distance);
+            largest = largest.max(near.distance);
+        }
+    }
+    largest
 }
 
 /// Whether all places of a line are within a distance of another, to a thousandth of an edge.

@@ -20,7 +20,7 @@ const CLAMPED: f64 = 1e-6;
 const STILL: f64 = 1e-5;
 /// Sweeps after which the line has to be shorter, and by which share of its length.
 const PATIENCE: u32 = 500;
-const STALLED: f64 = 1e-5;
+const STALLED: f64 = 1e-4;
 /// Sweeps without a vertex passed, before an end.
 const QUIET: u32 = 2;
 /// How much of its way a crossing goes that is to turn.

@@ -26,12 +26,18 @@ pub(crate) struct Watch<'a> {
     ask: Option<Ask<'a>>,
     rounds: u32,
     stopped: bool,
+    /// What was said last, and the work done since, in crossings moved.
+    last: SmoothProgress,
+    work: usize,
 }
+
+/// So much work is some milliseconds: who looks on is asked again within a round.
+const LONG: usize = 50_000;
 
 impl<'a> Watch<'a> {
     /// Nobody.
     pub(crate) fn nobody() -> Self {
-        Self { see: None, ask: None, rounds: 0, stopped: false }
+        Self { see: None, ask: None, rounds: 0, stopped: false, last: SmoothProgress::default(), work: 0 }
     }
 
     /// Somebody who may stop it.
@@ -61,8 +67,19 @@ impl<'a> Watch<'a> {
     pub(crate) fn stops(&mut self, done: &Done, length: impl FnOnce() -> f64) -> bool {
         self.rounds += 1;
         if let (Some(ask), false) = (&mut self.ask, self.stopped) {
-            let progress = SmoothProgress { rounds: self.rounds, flips: done.flips, length: length() };
-            self.stopped = ask(&progress).is_break();
+            self.last = SmoothProgress { rounds: self.rounds, flips: done.flips, length: length() };
+            self.work = 0;
+            self.stopped = ask(&self.last).is_break();
+        }
+        self.stopped
+    }
+
+    /// Asks whether to stop within a round, when so much work was done that somebody might wait.
+    pub(crate) fn stops_within(&mut self, work: usize) -> bool {
+        self.work += work;
+        if let (Some(ask), false, true) = (&mut self.ask, self.stopped, self.work >= LONG) {
+            self.work = 0;
+            self.stopped = ask(&self.last).is_break();
         }
         self.stopped
     }

@@ -60,7 +60,7 @@ impl Engine {
     fn stiffen(&mut self, surface: &Surface, strip: &Strip, roughness: f64) {
         self.layout.build(surface, &mut self.metric, strip);
         nodes::find(surface, &mut self.metric, strip, &self.layout, &mut self.fan, &mut self.nodes);
-        let Self { nodes, turns, factors, .. } = self;
+        let Self { nodes, turns, fros, factors, .. } = self;
         turns.clear();
         turns.extend(nodes.iter().filter(|node| node.fold.abs() > TURN).map(|node| (node.first, node.fold)));
         let count = turns.len();
@@ -70,22 +70,28 @@ impl Engine {
         }
         // The stretch that begins at a crossing.
         let stretch = |crossing: usize| if strip.closed { crossing } else { crossing + 1 };
-        let turn = |j: isize| match usize::try_from(j) {
-            _ if strip.closed => turns[j.rem_euclid(count as isize) as usize].1,
-            Ok(j) if j < count => turns[j].1,
+        // By how much it turns to and fro between a turn and the next.
+        fros.clear();
+        fros.extend((0..count).map(|j| match turns.get(j + 1).or(turns.first().filter(|_| strip.closed)) {
+            Some((_, after)) if turns[j].1 * after < 0.0 => turns[j].1.abs().min(after.abs()),
             _ => 0.0,
-        };
+        }));
         let mut next = 0;
         for (k, factor) in factors.iter_mut().enumerate() {
             while next < count && stretch(turns[next].0) <= k {
                 next += 1;
             }
             let (mut sum, mut largest) = (0.0, [0.0_f64; 2]);
-            for j in next as isize - BESIDE..next as isize + BESIDE - 1 {
-                let [a, b] = [turn(j), turn(j + 1)];
-                let fro = if a * b < 0.0 { a.abs().min(b.abs()) } else { 0.0 };
+            let begin = next as isize - BESIDE;
+            let mut at = if strip.closed { begin.rem_euclid(count as isize) } else { begin };
+            for _ in 0..2 * BESIDE - 1 {
+                let fro = usize::try_from(at).ok().and_then(|at| fros.get(at)).copied().unwrap_or(0.0);
                 sum += fro;
                 largest = if fro > largest[0] { [fro, largest[0]] } else { [largest[0], largest[1].max(fro)] };
+                at += 1;
+                if strip.closed && at == count as isize {
+                    at = 0;
+                }
             }
             // Smooth lines turn to the other side once in a while.
             let rough = sum - largest[0] - largest[1];

@@ -24,7 +24,7 @@ const AT_BOUND: f64 = 1e-9;
 /// Share of its stiffness that a tether has at least along the drawn line.
 const ALONG: f64 = 0.05;
 /// Steps in which crossings look for the nearest stretch of the drawn line.
-const UNSTEADY: usize = 3;
+const UNSTEADY: usize = 2;
 /// Tries of ever shorter steps.
 const HALVINGS: usize = 20;
 
@@ -93,8 +93,10 @@ impl Solver {
             self.matrix(task, &part);
             self.solve_in_bounds(task, &part, at, damping);
             let accepted = self.descend(task, &part, at, rounding);
-            if let Some(watch) = &mut watch {
-                watch(at);
+            if let Some(watch) = &mut watch
+                && watch(at, part.range.len())
+            {
+                return (step, left);
             }
             if accepted {
                 damping = if damping < 1e-6 { 0.0 } else { damping * 0.1 };

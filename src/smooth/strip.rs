@@ -1,5 +1,7 @@
 //! A line on a surface as a strip of faces and the places where it crosses the sides between them.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::geodesic::inner::side_position;
@@ -94,6 +96,24 @@ impl Strip {
             *near = other.near[i];
         }
         held
+    }
+
+    /// Adds some crossings of another strip, which is regular, so that only the first of them can lead back; says whether they lead back over a
+    /// fixed one, and adds no more then.
+    pub(crate) fn append(&mut self, surface: &Surface, other: &Self, range: Range<usize>) -> bool {
+        let Range { mut start, end } = range;
+        while start < end && self.sides.last().is_some_and(|last| surface.twin(*last) == other.sides[start]) {
+            if self.push_from(surface, other, start) {
+                return true;
+            }
+            start += 1;
+        }
+        self.sides.extend_from_slice(&other.sides[start..end]);
+        self.at.extend_from_slice(&other.at[start..end]);
+        self.along.extend_from_slice(&other.along[start..end]);
+        self.fixed.extend_from_slice(&other.fixed[start..end]);
+        self.near.extend_from_slice(&other.near[start..end]);
+        false
     }
 
     /// Takes away what leads there and back at the seam of a closed line.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{layout::Layout, strip::UNKNOWN, tree::LineTree};
 
 /// Good enough before the next stage.
-const COARSE: f64 = 1e-2;
+const COARSE: f64 = 0.1;
 
 /// A tether to a drawn line.
 #[derive(Debug)]
@@ -15,21 +15,24 @@ pub(crate) struct Tether<'a> {
     pub(crate) stiffness: &'a [f64],
     /// For each crossing the stretch of the line that is nearest.
     pub(crate) nearest: &'a mut [u32],
+    /// Whether all of them are to be looked up again, once.
+    pub(crate) afresh: bool,
     /// Whether stretches stay: set after some steps, so that a crossing does not go to and fro between two of them.
     pub(crate) steady: bool,
 }
 
 impl Tether<'_> {
-    /// Finds the nearest stretches of some crossings of which they are not known.
+    /// Finds the nearest stretches of some crossings of which they are not known, or of all of them.
     pub(crate) fn look_up(&mut self, layout: &Layout, range: Range<usize>, at: &[f64]) {
+        let afresh = std::mem::take(&mut self.afresh);
         let mut hint = None;
         for i in range {
-            if self.nearest[i] == UNKNOWN {
-                hint = self.line.nearest(layout.place(i, at[i]), hint).map(|near| near.stretch);
-                self.nearest[i] = hint.unwrap_or(0) as u32;
-            } else {
-                hint = Some(self.nearest[i] as usize);
+            let known = (self.nearest[i] != UNKNOWN).then(|| self.nearest[i] as usize);
+            if known.is_none() || afresh {
+                let near = self.line.nearest(layout.place(i, at[i]), known.or(hint));
+                self.nearest[i] = near.map_or(0, |near| near.stretch as u32);
             }
+            hint = Some(self.nearest[i] as usize);
         }
     }
 }
@@ -62,8 +65,8 @@ impl Task<'_> {
     }
 }
 
-/// Sees the crossings after every step.
-pub(crate) type Watch<'a> = &'a mut dyn FnMut(&[f64]);
+/// Sees the crossings after every step, of which so many were moved; says whether to stop.
+pub(crate) type Watch<'a> = &'a mut dyn FnMut(&[f64], usize) -> bool;
 
 /// The crossings that are solved for, and the legs between and beside them.
 pub(crate) struct Part {

@@ -10,16 +10,18 @@ use super::{
 };
 
 /// Crossings on either side of new ones that are solved for with them.
-const MARGIN: usize = 12;
+const MARGIN: usize = 6;
 /// Steps for all crossings of a window together, before those that are not where they should be are solved for alone.
-const TOGETHER: usize = 3;
+const TOGETHER: usize = 2;
 /// Steps of such a part, and how often parts are looked for.
 const APART: usize = 12;
 const SEARCHES: usize = 16;
+/// How often in a row what is left may be more than half of what it was.
+const IDLE: u32 = 4;
 /// Crossings on either side of a part that are solved for with it, at first.
 const BESIDE: usize = 3;
 /// From this search on crossings keep their nearest stretches.
-const SETTLED: usize = 2;
+const SETTLED: usize = 1;
 
 impl Engine {
     /// What is to be solved for: all, or what is about the crossings that are new.
@@ -115,11 +117,13 @@ fn settle(
         task.most_steps = TOGETHER;
         run(solver, task, range.clone(), at);
         let mut left = solver.left(task, range.clone(), at);
-        let mut beside = BESIDE;
+        let (mut beside, mut before, mut idle) = (BESIDE, f64::INFINITY, 0);
         for search in 0..SEARCHES {
-            if left < task.tolerance {
+            idle = if left > 0.5 * before { idle + 1 } else { 0 };
+            if left < task.tolerance || idle >= IDLE {
                 break;
             }
+            before = left;
             task.settled = search >= SETTLED;
             // Parts of a closed line stop before its last crossing.
             let whole = closed && range == (0..n);

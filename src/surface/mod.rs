@@ -10,7 +10,7 @@ mod build;
 mod bvh;
 mod clusters;
 mod fans;
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod ids;
 mod measure;
 mod memory;

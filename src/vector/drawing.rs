@@ -31,6 +31,17 @@ pub struct Drawing {
     pub shapes: Vec<Shape>,
     /// The gradients that paints name by their place.
     pub gradients: Vec<Gradient>,
+    /// The groups that shapes name by their place, those that have a name.
+    pub groups: Vec<Group>,
+}
+
+/// A named group of shapes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Its name.
+    pub id: String,
+    /// The named group that it lies in, always one with a smaller number.
+    pub parent: Option<u32>,
 }
 
 /// One or more paths that are painted together: a path inside another may be a hole.
@@ -38,6 +49,8 @@ pub struct Drawing {
 pub struct Shape {
     /// The name that the drawing gives it.
     pub id: Option<String>,
+    /// The innermost named group that it lies in.
+    pub group: Option<u32>,
     /// What it was made from: `path`, `rect`, …
     pub element: String,
     /// Its paths.
@@ -50,6 +63,13 @@ impl Drawing {
     /// All paths in order, each with the place of its shape.
     pub fn paths(&self) -> impl Iterator<Item = (usize, &VectorPath)> {
         self.shapes.iter().enumerate().flat_map(|(i, shape)| shape.paths.iter().map(move |path| (i, path)))
+    }
+
+    /// The named groups about a shape with their numbers, from the inside out.
+    pub fn groups_of(&self, shape: &Shape) -> impl Iterator<Item = (u32, &Group)> {
+        let known = |number: u32| self.groups.get(number as usize).map(|group| (number, group));
+        let around = move |inner: &(u32, &Group)| inner.1.parent.filter(|outer| *outer < inner.0).and_then(known);
+        std::iter::successors(shape.group.and_then(known), around)
     }
 
     /// Number of cubic segments.

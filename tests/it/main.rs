@@ -1,5 +1,7 @@
 //! Tests that use several parts at once, in one binary.
 
+#[cfg(all(feature = "svg", feature = "document"))]
+mod characters;
 #[cfg(feature = "formats")]
 mod corpus;
 #[cfg(feature = "document")]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bevy_surface_splines::skin::{BindOptions, SolveWorkspace, SplineSkin};
+use bevy_surface_splines::skin::{BindOptions, BoundSkin, SolveWorkspace};
 use glam::{DAffine3, DVec3};
 
 /// The folder of the corpus, or a message that the test is skipped.
@@ -40,7 +40,7 @@ impl Random {
 }
 
 /// Poses a skin: all points are finite, in some poses joins are kept.
-fn pose_all(skin: &SplineSkin, poses: &[Vec<DAffine3>], extent: f64) -> f64 {
+fn pose_all(skin: &BoundSkin, poses: &[Vec<DAffine3>], extent: f64) -> f64 {
     let (mut posed, mut workspace, mut points) = (skin.at_rest(), SolveWorkspace::default(), Vec::new());
     let mut worst: f64 = 0.0;
     for (number, pose) in poses.iter().enumerate() {
@@ -80,7 +80,7 @@ fn all_drawings_bind_to_four_handles_and_take_poses() {
         let extent = low.distance(high);
         let places = [(0.25, 0.25), (0.75, 0.3), (0.7, 0.75), (0.3, 0.7)].map(|p| low + DVec2::from(p) * (high - low));
         let weights = Shepard::new(&places.map(HandleShape::planar)).unwrap();
-        let skin = SplineSkin::bind(chains, &weights, &BindOptions::default()).unwrap();
+        let skin = BoundSkin::bind(chains, &weights, &BindOptions::default()).unwrap();
         let mut random = Random(11);
         let poses: Vec<Vec<DAffine3>> = (0..100)
             .map(|_| places.iter().map(|p| random.transform(p.extend(0.0), DVec3::Z, extent)).collect())
@@ -221,7 +221,7 @@ mod rigs {
             assert!(many || out.iter().zip(&wished).all(|(a, b)| (a - b).abs() < 1e-6), "{name} {number}");
         }
         // A curve takes poses of the joints, and random ones.
-        let skin = SplineSkin::bind(vec![curve(&surface)], &field, &BindOptions::default()).unwrap();
+        let skin = BoundSkin::bind(vec![curve(&surface)], &field, &BindOptions::default()).unwrap();
         let mut random = Random(12);
         let poses: Vec<Vec<DAffine3>> = (0..20)
             .map(|_| {

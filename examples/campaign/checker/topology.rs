@@ -62,6 +62,24 @@ impl Topology {
         self.one_sided[self.sheets[face as usize] as usize]
     }
 
+    /// Opens sides of one-sided sheets whose middles are among some places: where an engine says that it cut them.
+    ///
+    /// A line ends there, and a vertex on such a side is one of the boundary. Sides of other sheets stay, whatever is said of them.
+    pub(crate) fn open(&mut self, middles: &[DVec3]) {
+        let hair = 1e-12 * self.diagonal;
+        for face in 0..self.corners.len() {
+            if middles.is_empty() || !self.has(face as u32) || !self.is_one_sided(face as u32) {
+                continue;
+            }
+            for side in 0..3 {
+                let [a, b] = [side, (side + 1) % 3].map(|k| self.positions[self.corners[face][k] as usize]);
+                if middles.iter().any(|middle| middle.distance(a.midpoint(b)) <= hair) {
+                    self.across[face][side] = NONE;
+                }
+            }
+        }
+    }
+
     /// Positions of a face's corners.
     pub(crate) fn places(&self, face: u32) -> [DVec3; 3] {
         self.corners[face as usize].map(|v| self.positions[v as usize])
@@ -264,7 +282,14 @@ mod tests {
             let (c, d) = if i == 9 { (1, 0) } else { (2 * i + 2, 2 * i + 3) };
             mesh.faces.extend([[a, c, b], [b, c, d]]);
         }
-        let topology = Topology::new(&mesh);
+        let mut topology = Topology::new(&mesh);
         assert!(topology.is_one_sided(0) && topology.joined(0, 19));
+        let (face, side) = topology.across(0, 1).expect("the band goes on");
+        topology.open(&[mesh.positions[2].midpoint(mesh.positions[1])]);
+        assert!(topology.across(0, 1).is_none() && topology.across(face, side).is_none());
+        let mut cube = Topology::new(&shapes::cube());
+        let [a, b, _] = cube.places(0);
+        cube.open(&[a.midpoint(b)]);
+        assert!(cube.across(0, 0).is_some());
     }
 }

@@ -14,12 +14,13 @@ use crate::checker::{self, Topology};
 
 /// A crossing this near to an end of its side is at the vertex.
 const AT_VERTEX: f64 = 1e-9;
+/// A stretch this short, as a share of the side where the line turns, has no direction: places on a side are rounded by its length.
+const NO_WAY: f64 = 1e-12;
 /// What rounding may add, as a share.
 const ROUNDING: f64 = 1e-9;
 
 pub(crate) struct Judge<'a> {
     pub(crate) topology: &'a Topology,
-    pub(crate) mean: f64,
 }
 
 impl Judge<'_> {
@@ -45,8 +46,13 @@ impl Judge<'_> {
             (smoothed.after.total_turn, after.1, "total turn"),
         ] {
             let room = if what.starts_with("length") { ROUNDING } else { 1e-3 };
+            let unsure = match what {
+                "total turn before" => before.2,
+                "total turn" => after.2,
+                _ => 0.0,
+            };
             let off = (given - measured).abs();
-            if off.is_nan() || off > room * (1.0 + measured) {
+            if off.is_nan() || off > room * (1.0 + measured) + unsure {
                 return Err(format!("{what} given as {given:.9}, measures {measured:.9}"));
             }
         }
@@ -95,8 +101,9 @@ impl Judge<'_> {
         a * (1.0 - c.at) + b * c.at
     }
 
-    /// Length and sum of the turns' sizes.
-    fn measure(&self, line: &SurfacePolyline) -> (f64, f64) {
+    /// Length, sum of the turns' sizes, and how far that sum may be off because places are rounded: the direction of a stretch is known to
+    /// what rounding is beside its length, and one that is no longer than that has none.
+    fn measure(&self, line: &SurfacePolyline) -> (f64, f64, f64) {
         let crossings = line.crossings();
         let n = crossings.len();
         let blend = |p: &SurfacePoint| {
@@ -114,6 +121,9 @@ impl Judge<'_> {
         }
         let stretches = if line.is_closed() { &places[..=n] } else { &places[..] };
         let length = stretches.windows(2).fold(0.0, |sum, w| sum + w[0].distance(w[1]));
+        let largest = places.iter().fold(0.0_f64, |most, p| most.max(p.abs().max_element()));
+        let direction = |a: DVec3, b: DVec3| (8.0 * f64::EPSILON * largest / a.distance(b)).min(PI);
+        let mut unsure = 0.0;
         let mut turn = 0.0;
         let mut i = 0;
         while i < n {
@@ -127,9 +137,10 @@ impl Judge<'_> {
             } else {
                 turn += self.turn_over(&crossings[i], places[i], places[i + 1], places[i + 2]);
             }
+            unsure += direction(places[first], places[first + 1]) + direction(places[i + 1], places[i + 2]);
             i += 1;
         }
-        (length, turn)
+        (length, turn, unsure)
     }
 
     fn vertex_at(&self, c: &Crossing) -> Option<u32> {
@@ -147,7 +158,7 @@ impl Judge<'_> {
         let p = self.topology.places(c.face.0);
         let side = p[(usize::from(c.side) + 1) % 3] - p[usize::from(c.side)];
         let (a, b) = (before - here, after - here);
-        if a.length() <= 1e-12 * self.mean || b.length() <= 1e-12 * self.mean {
+        if a.length() <= NO_WAY * side.length() || b.length() <= NO_WAY * side.length() {
             return 0.0;
         }
         (angle(a, side) + angle(b, side) - PI).abs()
@@ -164,13 +175,14 @@ impl Judge<'_> {
         after: DVec3,
     ) -> f64 {
         let here = self.topology.positions[vertex as usize];
-        if before.distance(here) <= 1e-12 * self.mean || after.distance(here) <= 1e-12 * self.mean {
-            return 0.0;
-        }
         let spoke = |c: &Crossing| {
             let far = self.topology.far_end(c.face.0, usize::from(c.side), vertex);
             self.topology.positions[far as usize] - here
         };
+        let none = NO_WAY * spoke(&crossings[first]).length();
+        if before.distance(here) <= none || after.distance(here) <= none {
+            return 0.0;
+        }
         let corner = |face: u32| {
             let t = self.topology.corners[face as usize];
             let others: Vec<DVec3> =

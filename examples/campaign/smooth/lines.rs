@@ -46,6 +46,7 @@ pub(crate) fn of_mesh(mesh: &Prepared, args: &Args, workspace: &mut SmoothWorksp
     let mut random = SplitMix64::new(args.seed ^ name.0 ^ 0x5300);
     let mut lines = Vec::new();
     let rim = rim(&mesh.topology);
+    let mut left_out = [0, 0];
     for number in 0..args.smooth {
         let kind = if number % 3 == 2 { Kind::Closed } else { Kind::Open };
         let line = (0..DRAWS).find_map(|_| {
@@ -55,16 +56,32 @@ pub(crate) fn of_mesh(mesh: &Prepared, args: &Args, workspace: &mut SmoothWorksp
                 _ => Some(open),
             }
         });
-        lines.extend(line.and_then(|line| finished(mesh, &rim, number, kind, line)));
+        let line = line.and_then(|line| finished(mesh, &rim, number, kind, line));
+        if line.is_none() {
+            println!(
+                "  LEFT OUT {} {number} {kind:?}: none of {DRAWS} walks makes a line that crosses a side",
+                mesh.name
+            );
+        }
+        lines.extend(line);
     }
     if args.mode == "tether" {
         let mut tracer = Tracer::new(&mesh.surface);
         for number in 0..args.smooth {
-            let Some(polygon) = random::polygon(&mesh.surface, &mut random) else { break };
-            let Ok(trace) = tracer.trace(&polygon, &Scheme::lane_riesenfeld()) else { continue };
-            let Ok(line) = SurfacePolyline::along(&mesh.surface, &trace, false) else { continue };
-            lines.extend(finished(mesh, &rim, number, Kind::Trace, line));
+            let line = random::polygon(&mesh.surface, &mut random)
+                .and_then(|polygon| tracer.trace(&polygon, &Scheme::lane_riesenfeld()).ok())
+                .and_then(|trace| SurfacePolyline::along(&mesh.surface, &trace, false).ok())
+                .and_then(|line| finished(mesh, &rim, number, Kind::Trace, line));
+            left_out[1] += usize::from(line.is_none());
+            lines.extend(line);
         }
+    }
+    if left_out != [0, 0] {
+        let [walks, traces] = left_out;
+        println!(
+            "  {}: {walks} walks and {traces} traces left out that cross no side, or whose ends cannot be joined",
+            mesh.name
+        );
     }
     lines
 }

@@ -15,7 +15,7 @@ use std::{
 
 use bevy_surface_splines::{
     smooth::{SmoothError, SmoothWorkspace, Smoothed, Smoothing, SurfacePolyline, smooth},
-    surface::Surface,
+    surface::{Repair, Surface},
 };
 
 use crate::{
@@ -40,7 +40,7 @@ pub(crate) fn campaign(args: &Args) -> Result<ExitCode, Box<dyn Error>> {
     }
     let mut table = Table::default();
     for file in prepare::mesh_files(&args.meshes) {
-        let mesh = match Prepared::new(&file.path, args) {
+        let mut mesh = match Prepared::new(&file.path, args) {
             Ok(mesh) => mesh,
             Err(PrepareError::Mesh(reason)) => {
                 println!("{}: refused: {reason}", file.path.display());
@@ -48,6 +48,10 @@ pub(crate) fn campaign(args: &Args) -> Result<ExitCode, Box<dyn Error>> {
             }
             Err(error @ PrepareError::Cases(_)) => return Err(error.into()),
         };
+        // What cannot be oriented is cut somewhere: lines end there, as at a boundary.
+        let report = mesh.surface.report();
+        let cuts: Vec<_> = report.places.iter().filter(|(repair, _)| *repair == Repair::Cut).map(|(_, p)| *p).collect();
+        mesh.topology.open(&cuts);
         let mut workspace = SmoothWorkspace::default();
         let lines = lines::of_mesh(&mesh, args, &mut workspace);
         let mut found = Table::default();
@@ -103,7 +107,7 @@ fn one(mesh: &Prepared, workspace: &mut SmoothWorkspace, line: &Line, setting: &
         }
         Ok(Err(error)) => case.status = error.to_string(),
         Ok(Ok(smoothed)) => {
-            let verdict = Judge { topology: &mesh.topology, mean }.judge(line, &smoothed, setting);
+            let verdict = Judge { topology: &mesh.topology }.judge(line, &smoothed, setting);
             case.set(&smoothed);
             case.status = match verdict {
                 Ok(()) => "ok".to_owned(),

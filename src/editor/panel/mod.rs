@@ -155,7 +155,7 @@ fn show(
     let left = if hidden { window.left() } else { strip::show(ctx, window, &status, &mut actions) };
     let right = if hidden { window.right() } else { window.right() - WIDTH.min(SHARE * window.width()) };
     let below = egui::Rect::from_min_max(egui::pos2(left, window.top()), egui::pos2(right, window.bottom()));
-    let bottom = status::show(ctx, below, &status, files.requests.as_mut());
+    let bottom = status::show(ctx, below, (&status, tabs.0.draws_lines()), files.requests.as_mut());
     if !hidden {
         show_panel(ctx, window, right, &mut layout, (tabs, &mut files), &mut actions);
     }

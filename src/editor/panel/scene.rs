@@ -36,6 +36,13 @@ pub(crate) struct Scene<'w, 's> {
     hand: Res<'w, DrawingInHand>,
 }
 
+impl Scene<'_, '_> {
+    /// Whether what is drawn by hand stays a line.
+    pub(crate) fn draws_lines(&self) -> bool {
+        self.freehand.as_line
+    }
+}
+
 pub(crate) fn show(
     ui: &mut egui::Ui,
     layout: &mut Layout,

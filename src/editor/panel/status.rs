@@ -11,7 +11,7 @@ use crate::editor::documents::{DocumentFile, FileRequest};
 use crate::editor::model::Model;
 use crate::editor::selection::Selection;
 use crate::editor::tools::drawing::DrawingInHand;
-use crate::editor::tools::freehand::{Freehand, FreehandSettings};
+use crate::editor::tools::freehand::Freehand;
 use crate::editor::tools::gizmo::GizmoPart;
 use crate::editor::tools::pen::PenStart;
 use crate::editor::tools::pointer::Target;
@@ -29,7 +29,6 @@ pub(crate) struct Status<'w, 's> {
     pen: Res<'w, PenStart>,
     transforming: Res<'w, Transforming>,
     freehand: Res<'w, Freehand>,
-    settings: Res<'w, FreehandSettings>,
     files: Option<Res<'w, DocumentFile>>,
     hand: Res<'w, DrawingInHand>,
     pointer: Res<'w, ToolPointer>,
@@ -53,7 +52,7 @@ impl Status<'_, '_> {
     }
 
     /// What the tool expects next, and whether curves are on their way.
-    fn text(&self) -> String {
+    fn text(&self, draws_lines: bool) -> String {
         let building = self.surfaces.iter().find_map(|state| match state {
             SurfaceState::Pending { progress } => Some(*progress),
             _ => None,
@@ -63,7 +62,7 @@ impl Status<'_, '_> {
         }
         let is_tracing = self.under_way.iter().any(|(state, pending)| pending || *state == SplineState::Tracing);
         let suffix = if is_tracing { " · tracing …" } else { "" };
-        self.hint() + suffix
+        self.hint(draws_lines) + suffix
     }
 
     /// The name of the curve that the pen goes on with; a closed one is done, and so is one that is not there any more.
@@ -73,7 +72,7 @@ impl Status<'_, '_> {
         Some(self.curves.get(entity).ok()?.name.as_str()).filter(|_| !spline.is_closed())
     }
 
-    fn hint(&self) -> String {
+    fn hint(&self, draws_lines: bool) -> String {
         if let Some(SurfaceState::Pending { progress }) =
             self.surfaces.iter().find(|state| matches!(state, SurfaceState::Pending { .. }))
         {
@@ -115,7 +114,7 @@ impl Status<'_, '_> {
             (Tool::Pen, _) => {
                 "Click on the model to begin a curve, drag for a smooth anchor; click the last anchor of a curve to continue it"
             }
-            (Tool::Freehand, _) if self.settings.as_line => {
+            (Tool::Freehand, _) if draws_lines => {
                 "Drag on the model to draw; the line can be smoothed in the panel · V selects"
             }
             (Tool::Freehand, _) => "Drag on the model to draw; the line becomes a spline · V selects",
@@ -164,11 +163,11 @@ fn transform_hint(active: &Active) -> String {
     )
 }
 
-/// Shows the line at the bottom of a part of the window; gives its upper edge.
+/// Shows the line at the bottom of a part of the window; gives its upper edge. Freehand may draw lines instead of splines.
 pub(crate) fn show(
     ctx: &egui::Context,
     part: egui::Rect,
-    status: &Status,
+    (status, draws_lines): (&Status, bool),
     requests: Option<&mut MessageWriter<FileRequest>>,
 ) -> f32 {
     let top = part.bottom() - HEIGHT;
@@ -183,7 +182,7 @@ pub(crate) fn show(
                         requests.write(FileRequest::Cancel);
                     }
                 }
-                ui.add(egui::Label::new(status.text()).truncate())
+                ui.add(egui::Label::new(status.text(draws_lines)).truncate())
             });
         });
     });

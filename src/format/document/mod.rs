@@ -19,6 +19,9 @@ mod restore;
 mod stored;
 mod text;
 
+#[cfg(feature = "svg")]
+pub(crate) use text::{place, version_of};
+
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};

@@ -94,7 +94,7 @@ fn no_document(text: &str, at: usize) -> DocumentError {
 }
 
 /// Line and column of a byte.
-fn place(text: &str, at: usize) -> (usize, usize) {
+pub(crate) fn place(text: &str, at: usize) -> (usize, usize) {
     let before = text.get(..at).unwrap_or_default();
     let line = before.lines().count() - usize::from(!before.is_empty() && !before.ends_with('\n'));
     (line + 1, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1)
@@ -103,7 +103,7 @@ fn place(text: &str, at: usize) -> (usize, usize) {
 /// The version number in front of a document, whatever comes after it; else the byte where it should stand.
 ///
 /// Read by hand, for nobody knows what a newer version looks like.
-fn version_of(text: &str) -> Result<u64, usize> {
+pub(crate) fn version_of(text: &str) -> Result<u64, usize> {
     let mut rest = text;
     for word in ["(", "version", ":"] {
         rest = without_space(rest);

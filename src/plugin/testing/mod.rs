@@ -57,7 +57,11 @@ pub fn unfinished_headless_app() -> App {
 
 /// The same with assets from elsewhere.
 pub fn unfinished_headless_app_with(assets: AssetPlugin) -> App {
-    let mut app = App::new();
+    unfinished_headless_app_from(App::new(), assets)
+}
+
+/// The same of an app that has asset sources of its own already.
+pub fn unfinished_headless_app_from(mut app: App, assets: AssetPlugin) -> App {
     app.add_plugins((
         MinimalPlugins,
         TransformPlugin,
@@ -71,6 +75,8 @@ pub fn unfinished_headless_app_with(assets: AssetPlugin) -> App {
         bevy::gizmos::GizmoPlugin,
         bevy::world_serialization::WorldSerializationPlugin,
         bevy::picking::DefaultPickingPlugins,
+        #[cfg(feature = "characters")]
+        bevy::animation::AnimationPlugin,
     ))
     .insert_resource(TimeUpdateStrategy::ManualDuration(FRAME))
     .insert_resource(TraceBudget::UNLIMITED)

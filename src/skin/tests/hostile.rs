@@ -33,7 +33,7 @@ fn poses_that_do_not_fit_are_refused_everywhere() {
         assert_eq!(bound.solve_loose(pose).map(|_| ()), wished);
         let split = SplitChain::new(&chain, &weights, &Default::default(), &[pose.to_vec()], &Default::default());
         assert_eq!(split.map(|_| ()), wished);
-        let skin = SplineSkin::of_bound(vec![bound.clone()], 2).unwrap();
+        let skin = BoundSkin::of_bound(vec![bound.clone()], 2).unwrap();
         let mut posed = skin.at_rest();
         assert_eq!(skin.pose(pose, &mut posed), wished);
         assert_eq!(skin.pose_flexible(pose, &Default::default(), &mut posed).map(|_| ()), wished);
@@ -64,9 +64,9 @@ fn chains_of_a_skin_have_the_same_handles() {
     let (chain, weights) = (some_chain(1.0), two_handles());
     let three = Shepard::new(&[DVec2::ZERO, DVec2::X, DVec2::Y].map(HandleShape::planar)).unwrap();
     let chains = vec![bind(&chain, &weights), bind(&chain, &three)];
-    let skin = SplineSkin::of_bound(chains, 2);
+    let skin = BoundSkin::of_bound(chains, 2);
     assert_eq!(skin.unwrap_err(), SkinError::OtherHandles { chain: 1, found: 3, handles: 2 });
-    let none = SplineSkin::bind(Vec::new(), &weights, &BindOptions::default()).unwrap();
+    let none = BoundSkin::bind(Vec::new(), &weights, &BindOptions::default()).unwrap();
     let mut posed = none.at_rest();
     none.pose(&[DAffine3::IDENTITY; 2], &mut posed).unwrap();
     assert_eq!((none.point_count(), none.place_of(3), none.points(&posed, 3).len()), (0, 0..0, 0));
@@ -82,7 +82,7 @@ fn coordinates_of_any_size_are_posed_or_refused() {
         let weights = Shepard::new(&shapes).unwrap();
         let turn = in_space(&DAffine2::from_angle(0.5));
         let pose = [DAffine3::IDENTITY, turn, DAffine3::IDENTITY];
-        let skin = SplineSkin::bind(vec![chain], &weights, &BindOptions::default());
+        let skin = BoundSkin::bind(vec![chain], &weights, &BindOptions::default());
         let Ok(skin) = skin else {
             refused.push(power);
             continue;
@@ -112,7 +112,7 @@ fn coordinates_of_any_size_are_posed_or_refused() {
 
 #[test]
 fn transforms_too_large_for_single_precision_are_refused() {
-    let skin = SplineSkin::bind(vec![some_chain(1.0)], &two_handles(), &BindOptions::default()).unwrap();
+    let skin = BoundSkin::bind(vec![some_chain(1.0)], &two_handles(), &BindOptions::default()).unwrap();
     let mut posed = skin.at_rest();
     let huge = DAffine3::from_translation(DVec3::X * 1e39);
     let pose = [DAffine3::IDENTITY, huge];

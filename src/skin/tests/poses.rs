@@ -21,7 +21,7 @@ fn single_precision_is_near_to_double() {
     let mut random = Random(77);
     let chains = mixed_chains(&mut random, 40);
     let weights = random_handles(&mut random, 6, true);
-    let skin = SplineSkin::bind(chains, &weights, &BindOptions::default()).unwrap();
+    let skin = BoundSkin::bind(chains, &weights, &BindOptions::default()).unwrap();
     let mut posed = skin.at_rest();
     let mut worst: f64 = 0.0;
     for _ in 0..20 {
@@ -45,7 +45,7 @@ fn rest_is_exact_and_poses_do_not_depend_on_what_was_before() {
     let mut random = Random(78);
     let chains = mixed_chains(&mut random, 20);
     let weights = random_handles(&mut random, 3, true);
-    let skin = SplineSkin::bind(chains.clone(), &weights, &BindOptions::default()).unwrap();
+    let skin = BoundSkin::bind(chains.clone(), &weights, &BindOptions::default()).unwrap();
     let mut posed = Posed::default();
     skin.pose(&[DAffine3::IDENTITY; 3], &mut posed).unwrap();
     for (number, chain) in
@@ -76,7 +76,7 @@ fn threads_do_not_change_a_bit() {
         let mut random = Random(79);
         let chains = mixed_chains(&mut random, 200);
         let weights = random_handles(&mut random, 5, true);
-        let skin = SplineSkin::bind(chains, &weights, &BindOptions::default()).unwrap();
+        let skin = BoundSkin::bind(chains, &weights, &BindOptions::default()).unwrap();
         let pose = random_pose(&mut random, 5, true);
         let (mut regular, mut flexible) = (skin.at_rest(), skin.at_rest());
         skin.pose(&pose, &mut regular).unwrap();
@@ -99,7 +99,7 @@ fn far_from_the_origin_poses_keep_their_digits() {
         chain.set_join(anchor, join.kind).unwrap();
     }
     let weights = Shepard::new(&[DVec2::ZERO, DVec2::X].map(|h| HandleShape::planar(h + far))).unwrap();
-    let skin = SplineSkin::bind(vec![chain], &weights, &BindOptions::default()).unwrap();
+    let skin = BoundSkin::bind(vec![chain], &weights, &BindOptions::default()).unwrap();
     let mut posed = skin.at_rest();
     let about = DAffine2::from_translation(far) * DAffine2::from_angle(0.5) * DAffine2::from_translation(-far);
     skin.pose_plane(&[DAffine2::IDENTITY, about], &mut posed).unwrap();

@@ -40,6 +40,9 @@ const MOST_NUMBERS: usize = 1 << 26;
 /// Places that handles may hold: more than the finest triangulation has vertices.
 const MOST_PLACES: usize = 1 << 18;
 
+/// Vertices that thin cages may add, as a multiple of triangles; even ones take half as many as triangles.
+const SPARE: usize = 8;
+
 /// What a vertex is fixed to: shares of at most two handles.
 type Fixed = Option<[(usize, f64); 2]>;
 
@@ -73,7 +76,12 @@ impl MeshedWeights {
     /// # Errors
     /// [`WeightsError::Triangulation`], [`WeightsError::Singular`], [`WeightsError::TooMany`].
     pub fn harmonic(cage: &Cage, triangles: usize) -> Result<Self, WeightsError> {
-        let mesh = PlaneMesh::new(cage, &[], triangles)?;
+        Self::harmonic_within(cage, triangles, SPARE)
+    }
+
+    /// [`harmonic`](Self::harmonic) with a bound on vertices that thin cages may add.
+    pub(crate) fn harmonic_within(cage: &Cage, triangles: usize, spare: usize) -> Result<Self, WeightsError> {
+        let mesh = PlaneMesh::new(cage, &[], triangles, spare)?;
         bound_numbers(&mesh, cage.corners().len())?;
         let fixed = on_cage(&mesh, cage);
         let (laplacian, _) = Symmetric::laplacian(&mesh);
@@ -101,6 +109,16 @@ impl MeshedWeights {
     /// [`WeightsError::NoHandles`], [`WeightsError::NotFinite`], [`WeightsError::HandleOutside`], [`WeightsError::SamePlace`],
     /// [`WeightsError::Triangulation`], [`WeightsError::Singular`], [`WeightsError::TooMany`].
     pub fn biharmonic(outline: &Cage, handles: &[HandleShape], triangles: usize) -> Result<Self, WeightsError> {
+        Self::biharmonic_within(outline, handles, triangles, SPARE)
+    }
+
+    /// [`biharmonic`](Self::biharmonic) with a bound on vertices that thin outlines may add.
+    pub(crate) fn biharmonic_within(
+        outline: &Cage,
+        handles: &[HandleShape],
+        triangles: usize,
+        spare: usize,
+    ) -> Result<Self, WeightsError> {
         if handles.is_empty() {
             return Err(WeightsError::NoHandles);
         }
@@ -132,7 +150,7 @@ impl MeshedWeights {
             }
         }
         let only: Vec<DVec2> = places.iter().map(|(place, _)| *place).collect();
-        let mesh = PlaneMesh::new(outline, &only, triangles)?;
+        let mesh = PlaneMesh::new(outline, &only, triangles, spare)?;
         let mut fixed: Vec<Fixed> = vec![None; mesh.positions.len()];
         for (place, handle) in places {
             let vertex = mesh.vertex_at(place, extent).ok_or(WeightsError::Triangulation)?;
@@ -146,7 +164,7 @@ impl MeshedWeights {
     /// # Errors
     /// [`WeightsError::Triangulation`], [`WeightsError::Singular`], [`WeightsError::TooMany`].
     pub fn biharmonic_cage(cage: &Cage, triangles: usize) -> Result<Self, WeightsError> {
-        let mesh = PlaneMesh::new(cage, &[], triangles)?;
+        let mesh = PlaneMesh::new(cage, &[], triangles, SPARE)?;
         let fixed = on_cage(&mesh, cage);
         Self::bounded(mesh, &fixed, cage.corners().len())
     }

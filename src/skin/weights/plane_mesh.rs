@@ -31,8 +31,9 @@ struct Bins {
 }
 
 impl PlaneMesh {
-    /// Triangulates a cage with vertices at some places inside, into about so many triangles.
-    pub(super) fn new(cage: &Cage, places: &[DVec2], triangles: usize) -> Result<Self, WeightsError> {
+    /// Triangulates a cage with vertices at some places inside, into about so many triangles. Where the cage is thin there may be more: at most
+    /// `spare` times as many vertices besides those of the cage and the places.
+    pub(super) fn new(cage: &Cage, places: &[DVec2], triangles: usize, spare: usize) -> Result<Self, WeightsError> {
         let corners = cage.corners();
         // About the origin and of size one, which is what the triangulation likes best.
         let (low, extent) = (corners.iter().copied().fold(DVec2::MAX, DVec2::min), cage.extent());
@@ -61,7 +62,7 @@ impl PlaneMesh {
                 // Even refinement leaves triangles of two thirds of the largest area.
                 .with_max_allowed_area(1.5 * area / count as f64)
                 .with_min_required_area(1e-3 * area / count as f64)
-                .with_max_additional_vertices(8 * count),
+                .with_max_additional_vertices(spare * count),
         );
         let outer: HashSet<FixedFaceHandle<_>> = refined.excluded_faces.into_iter().collect();
         let mut numbers = vec![u32::MAX; mesh.num_vertices()];

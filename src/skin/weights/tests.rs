@@ -108,7 +108,7 @@ mod meshed {
         let cage = disc(96);
         let mut last = f64::INFINITY;
         for triangles in [1000, 8000] {
-            let mesh = PlaneMesh::new(&cage, &[DVec2::ZERO], triangles).unwrap();
+            let mesh = PlaneMesh::new(&cage, &[DVec2::ZERO], triangles, 8).unwrap();
             let of_vertex = |(p, on_cage): (&DVec2, &bool)| {
                 let share = if p.length() < 1e-12 { Some(1.0) } else { on_cage.then_some(0.0) };
                 share.map(|share| [(0, share), (1, 1.0 - share)])
@@ -130,7 +130,7 @@ mod meshed {
     #[test]
     fn bounded_weights_are_the_minimum() {
         let places = [(0.2, 0.2), (0.8, 0.25), (0.7, 0.8), (0.25, 0.7)].map(DVec2::from);
-        let mesh = PlaneMesh::new(&square(), &places, 2500).unwrap();
+        let mesh = PlaneMesh::new(&square(), &places, 2500, 8).unwrap();
         let vertices = places.map(|place| mesh.vertex_at(place, 1.0).unwrap());
         let fixed: Vec<_> = (0..mesh.positions.len())
             .map(|v| vertices.iter().position(|of| *of == v).map(|handle| [(handle, 1.0), (handle, 0.0)]))

@@ -151,7 +151,16 @@ fn around_a_sphere() {
         smooth(&surface, &mut workspace, &line, &Smoothing::by(SmoothingMode::Geodesic)),
         Err(SmoothError::Collapsed { .. })
     ));
-    // The equator is a closed geodesic.
+    // It shrinks on the way there.
+    let few = Smoothing { iteration: Iteration::Sequential, max_sweeps: 30, ..Smoothing::by(SmoothingMode::Geodesic) };
+    let smaller = smooth(&surface, &mut workspace, &line, &few).unwrap();
+    assert!(smaller.met_bound && smaller.after.length < 0.999 * metrics.length, "{}", smaller.after.length);
+    // The equator is a closed geodesic: one by which the mesh is its own mirror image.
+    let around = |k: u32| DVec3::new((f64::from(k) * TAU / 60.0).cos(), (f64::from(k) * TAU / 60.0).sin(), 0.0);
+    let equator = ring(&surface, (0..60).map(around));
+    let kept = smooth(&surface, &mut workspace, &equator, &Smoothing::by(SmoothingMode::Geodesic)).unwrap();
+    assert!((kept.after.length - TAU).abs() < 2e-3, "{}", kept.after.length);
+    assert!(kept.line.positions(&surface).iter().all(|p| p.z.abs() < 0.05));
     let around = |k: u32| DVec3::new((f64::from(k) * TAU / 60.0).cos(), (f64::from(k) * TAU / 60.0).sin(), 0.01);
     let equator = ring(&surface, (0..60).map(around));
     for mode in [SmoothingMode::Tether { closeness: 10.0 }, SmoothingMode::Stencil { scale: 1.0, passes: 5 }] {

@@ -20,7 +20,14 @@ fn a_slider_gives_what_smoothing_at_once_gives_in_any_order() {
         let at_once = smooth(&surface, &mut SmoothWorkspace::default(), &line, &Smoothing::tether(closeness)).unwrap();
         assert_eq!(live.smooth(&surface, closeness).unwrap(), &at_once, "{closeness}");
     }
-    let last = live.result().clone();
+    for mode in
+        [SmoothingMode::Lift { weight: 1.0 }, SmoothingMode::Stencil { scale: 0.5, passes: 5 }, SmoothingMode::Geodesic]
+    {
+        let at_once = smooth(&surface, &mut SmoothWorkspace::default(), &line, &Smoothing::by(mode)).unwrap();
+        let given = live.smooth_by(&surface, mode, &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(given, &at_once, "{mode:?}");
+    }
+    let last = live.smooth(&surface, 10.0).unwrap().clone();
     let other = built(&shapes::icosphere(4));
     assert_eq!(live.smooth(&other, 1.0), Err(SmoothError::OtherSurface));
     assert!(live.smooth(&surface, f64::NAN).is_err());
@@ -52,6 +59,23 @@ fn smoothing_stops_when_it_is_told_to() {
         smooth_while(&surface, &mut workspace, &line, &Smoothing::by(mode), &mut watched, &mut go_on).unwrap();
         assert_eq!(watched, smooth(&surface, &mut workspace, &line, &Smoothing::by(mode)).unwrap());
     }
+}
+
+/// On a long line somebody is asked before the first round is done.
+#[test]
+fn smoothing_stops_within_a_round() {
+    let (surface, line) = sphere_and_line(8_000);
+    let (mut workspace, mut out) = (SmoothWorkspace::default(), Smoothed::blank());
+    let smoothing = Smoothing::by(SmoothingMode::Lift { weight: 1.0 });
+    let (mut rounds, mut asked) = (Vec::new(), 0);
+    let mut go_on = |progress: &SmoothProgress| {
+        asked += 1;
+        rounds.push(progress.rounds);
+        if asked < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let stopped = smooth_while(&surface, &mut workspace, &line, &smoothing, &mut out, &mut go_on);
+    assert_eq!((stopped, asked), (Err(SmoothError::Stopped), 2));
+    assert_eq!(rounds[0], 0, "before the first round is done");
 }
 
 #[test]

@@ -21,7 +21,17 @@ pub fn export_svg(drawing: &Drawing) -> String {
     out.push_str(">\n");
     let mut gradients = Definitions { drawing, text: String::new(), count: 0 };
     let mut shapes = String::new();
+    let mut open: Vec<u32> = Vec::new();
     for shape in &drawing.shapes {
+        let mut around: Vec<u32> = drawing.groups_of(shape).map(|(number, _)| number).collect();
+        around.reverse();
+        let same = open.iter().zip(&around).take_while(|(a, b)| a == b).count();
+        open.drain(same..).for_each(|_| shapes.push_str("  </g>\n"));
+        for number in &around[same..] {
+            let id = drawing.groups.get(*number as usize).map_or("", |group| group.id.as_str());
+            let _ = writeln!(shapes, "  <g id=\"{}\">", escaped(id));
+        }
+        open = around;
         shapes.push_str("  <path");
         if let Some(id) = &shape.id {
             let _ = write!(shapes, " id=\"{}\"", escaped(id));
@@ -33,6 +43,7 @@ pub fn export_svg(drawing: &Drawing) -> String {
         }
         shapes.push_str("\"/>\n");
     }
+    open.iter().for_each(|_| shapes.push_str("  </g>\n"));
     if !gradients.text.is_empty() {
         let _ = write!(out, "  <defs>\n{}  </defs>\n", gradients.text);
     }

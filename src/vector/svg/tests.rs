@@ -135,3 +135,19 @@ fn exported_drawings_come_back() {
     let second = import_svg(export_svg(&first.drawing).as_bytes()).unwrap();
     assert_eq!(first.drawing, second.drawing);
 }
+
+#[test]
+fn named_groups_are_known_by_what_is_drawn_in_them() {
+    let import = import(
+        "<g id='empty'><g id='defs-only'/></g><g id='a'><path id='p' d='M0 0h1'/><g><g id='b'><path d='M0 0h2'/></g></g></g>
+         <use id='c' href='#b'/><path d='M0 0h3'/>",
+    );
+    let around = |shape: &Shape| {
+        let ids = import.drawing.groups_of(shape).map(|(_, group)| group.id.as_str());
+        ids.collect::<Vec<_>>().join(" ")
+    };
+    let found: Vec<String> = import.drawing.shapes.iter().map(around).collect();
+    assert_eq!(found, ["a", "b a", "b c", ""]);
+    let again = import_svg(export_svg(&import.drawing).as_bytes()).unwrap();
+    assert_eq!(again.drawing, import.drawing);
+}

@@ -1,5 +1,6 @@
 //! The walk over the tree of a document, which makes its drawing.
 
+use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
@@ -17,7 +18,7 @@ use super::{
     shapes::{self, SHAPES},
     values::{Of, Units, fit, is_regular, transform, view_box},
 };
-use crate::vector::{Drawing, Shape, Stroke, Style, VectorPath, ViewBox};
+use crate::vector::{Drawing, Group, Shape, Stroke, Style, VectorPath, ViewBox};
 
 const SVG: &str = "http://www.w3.org/2000/svg";
 
@@ -39,6 +40,9 @@ const DEFINITIONS: [&str; 12] = [
 
 /// Elements that say nothing about geometry.
 const SILENT: [&str; 6] = ["title", "desc", "style", "stop", "view", "meshgradient"];
+
+/// Elements whose name is one of all that is drawn in them.
+const GROUPS: [&str; 6] = ["g", "a", "svg", "symbol", "switch", "use"];
 
 const TEXTS: [&str; 6] = ["text", "tspan", "textPath", "tref", "flowRoot", "altGlyph"];
 
@@ -73,6 +77,7 @@ pub(super) fn import(document: &Document<'_>, limits: &SvgLimits) -> Result<SvgI
         hidden: None,
         copy: false,
         uses: None,
+        group: None,
     };
     let mut waiting = vec![Visit { node: root, around: Rc::new(state), used: None }];
     while let Some(visit) = waiting.pop() {
@@ -109,6 +114,15 @@ struct State {
     /// Whether this is a copy made by `use`.
     copy: bool,
     uses: Option<Rc<UseChain>>,
+    group: Option<Rc<OpenGroup>>,
+}
+
+/// A named group that is being visited.
+struct OpenGroup {
+    id: String,
+    around: Option<Rc<OpenGroup>>,
+    /// Its place in the drawing, once something is drawn in it.
+    number: Cell<Option<u32>>,
 }
 
 impl State {
@@ -191,6 +205,10 @@ impl<'a, 'input> Walk<'_, 'a, 'input> {
             }
         };
         state.hidden = state.hidden.or(hidden);
+        if let Some(id) = node.attribute("id").filter(|_| GROUPS.contains(&node.tag_name().name())) {
+            let around = state.group.take();
+            state.group = Some(Rc::new(OpenGroup { id: id.to_owned(), around, number: Cell::new(None) }));
+        }
         if state.hidden.is_none() {
             for property in std::mem::take(&mut state.properties.not_applied) {
                 self.note(node, property);
@@ -352,8 +370,22 @@ impl<'a, 'input> Walk<'_, 'a, 'input> {
         self.report.drawn += drawn;
         let style = self.style(node, state, &paths)?;
         let id = node.attribute("id").map(str::to_owned);
-        self.drawing.shapes.push(Shape { id, element: node.tag_name().name().to_owned(), paths, style });
+        let group = self.number_of(state.group.as_ref());
+        self.drawing.shapes.push(Shape { id, group, element: node.tag_name().name().to_owned(), paths, style });
         Ok(())
+    }
+
+    /// The place of a group in the drawing; it and those around get one if they have none.
+    fn number_of(&mut self, group: Option<&Rc<OpenGroup>>) -> Option<u32> {
+        let mut open: Vec<&OpenGroup> = std::iter::successors(group.map(|g| &**g), |g| g.around.as_deref())
+            .take_while(|group| group.number.get().is_none())
+            .collect();
+        while let Some(group) = open.pop() {
+            let parent = group.around.as_ref().and_then(|around| around.number.get());
+            group.number.set(Some(self.drawing.groups.len() as u32));
+            self.drawing.groups.push(Group { id: group.id.clone(), parent });
+        }
+        group.and_then(|group| group.number.get())
     }
 
     /// How an element is painted.

@@ -61,7 +61,7 @@ fn child_breaks_documents() {
     for _ in 0..mutations {
         let mut broken = text.clone().into_bytes();
         for _ in 0..=random.below(3) {
-            broken = mutated(broken, &mut random);
+            broken = mutated(broken, WORDS, &mut random);
         }
         loaded += u32::from(judge.survives(&broken));
     }
@@ -142,8 +142,46 @@ impl Judge {
     }
 }
 
-/// One change to a text: of bytes, of words, of lines.
-fn mutated(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
+/// Words that mean something in documents.
+const WORDS: &[&str] = &[
+    "true",
+    "false",
+    "None",
+    "Some",
+    "Corner",
+    "Smooth",
+    "Mirrored",
+    "Automatic",
+    "Sticky",
+    "Allow",
+    "AutoSplit",
+    "DeCasteljau",
+    "LaneRiesenfeld",
+    "BSpline",
+    "QuadraticBSpline",
+    "Direct",
+    "CentreOfMass",
+    "Levels",
+    "Length",
+    "Adaptive",
+    "Fast",
+    "Default",
+    "Best",
+    "leg",
+    "middle",
+    "anchors",
+    "",
+    "Cut",
+    "r#true",
+    "Some(None)",
+    "Levels(12)",
+    "Levels(255)",
+    "Length(1e-300)",
+    "Adaptive(turn: 0.0, length: Some(0.0))",
+];
+
+/// One change to a text: of bytes, of words, of lines. `words` are those that mean something in it.
+pub(crate) fn mutated(mut bytes: Vec<u8>, words: &[&str], random: &mut Random) -> Vec<u8> {
     const TELLING: &[u8] = b"0123456789-.,:() \n[]{}\"\\#/e";
     const NUMBERS: &[&str] = &[
         "NaN",
@@ -171,42 +209,6 @@ fn mutated(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
         "1_0",
         "3.4e38",
         "1e30",
-    ];
-    const WORDS: &[&str] = &[
-        "true",
-        "false",
-        "None",
-        "Some",
-        "Corner",
-        "Smooth",
-        "Mirrored",
-        "Automatic",
-        "Sticky",
-        "Allow",
-        "AutoSplit",
-        "DeCasteljau",
-        "LaneRiesenfeld",
-        "BSpline",
-        "QuadraticBSpline",
-        "Direct",
-        "CentreOfMass",
-        "Levels",
-        "Length",
-        "Adaptive",
-        "Fast",
-        "Default",
-        "Best",
-        "leg",
-        "middle",
-        "anchors",
-        "",
-        "Cut",
-        "r#true",
-        "Some(None)",
-        "Levels(12)",
-        "Levels(255)",
-        "Length(1e-300)",
-        "Adaptive(turn: 0.0, length: Some(0.0))",
     ];
     if bytes.is_empty() {
         return bytes;
@@ -239,8 +241,8 @@ fn mutated(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
     let belongs = |c: char| {
         if is_number { c.is_ascii_digit() || matches!(c, '.' | '-' | 'e') } else { c.is_ascii_alphabetic() || c == '_' }
     };
-    let words = ranges_of(&text, belongs);
-    let Some(range) = words.get(random.below(words.len())).cloned() else { return text.into_bytes() };
+    let found = ranges_of(&text, belongs);
+    let Some(range) = found.get(random.below(found.len())).cloned() else { return text.into_bytes() };
     let word = &text[range.clone()];
     let instead = match kind {
         8 | 9 => NUMBERS[random.below(NUMBERS.len())].to_owned(),
@@ -251,7 +253,7 @@ fn mutated(mut bytes: Vec<u8>, random: &mut Random) -> Vec<u8> {
             word[..keep].to_owned() + &word[keep..].chars().map(digit).collect::<String>()
         }
         12 => format!("{word}{}", TELLING[random.below(13)] as char),
-        13..=15 => WORDS[random.below(WORDS.len())].to_owned(),
+        13..=15 => words[random.below(words.len())].to_owned(),
         _ => String::new(),
     };
     format!("{}{instead}{}", &text[..range.start], &text[range.end..]).into_bytes()
@@ -312,7 +314,7 @@ fn trace_finely(surface: &Surface, text: &str) {
 }
 
 /// The most memory that this process ever held.
-fn peak_kib() -> u64 {
+pub(crate) fn peak_kib() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)

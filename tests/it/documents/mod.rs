@@ -1,6 +1,6 @@
 //! Documents: what they restore, what they refuse, how they are saved.
 
-mod broken;
+pub(crate) mod broken;
 mod saving;
 mod surfaces;
 

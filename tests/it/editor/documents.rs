@@ -255,9 +255,22 @@ fn a_window_with_unsaved_edits_asks_before_it_closes() {
     ask(&mut studio, FileRequest::Answer(true));
     assert!(window(&mut studio).is_none() && kept.recovery().is_none());
     // Where all is saved there is no question.
-    let mut studio = program(None, AutosaveSettings { enabled: false, ..settings });
+    let settings = AutosaveSettings { enabled: false, ..settings };
+    let mut studio = program(None, settings.clone());
     close(&mut studio);
     assert!(window(&mut studio).is_none());
+    // Once it is saved, the question has answered itself.
+    let mut studio = program(None, settings);
+    studio.draw(&[CENTRE + Vec2::new(-100.0, 0.0), CENTRE]);
+    close(&mut studio);
+    let question = studio.app.world().resource::<DocumentFile>().question().cloned().expect("asked");
+    assert!(question.offers_saving());
+    let path = folder.0.join("saved_first.splines.ron");
+    studio.app.world_mut().write_message(FileRequest::SaveAs(path.clone()));
+    assert!(update_until(&mut studio.app, |world| {
+        world.query_filtered::<Entity, With<PrimaryWindow>>().iter(world).next().is_none()
+    }));
+    assert!(path.exists());
 }
 
 #[test]

@@ -615,6 +615,53 @@ fn the_pen_begins_another_curve_unless_it_stands_on_an_end() {
     assert_eq!((splines.len(), splines[0].1.anchors().len(), splines[1].1.anchors().len()), (2, 3, 2));
 }
 
+/// Strikes keys within one frame, as a frame that takes long sees them.
+fn strike_at_once(studio: &mut Studio, keys: &[KeyCode]) {
+    use bevy::input::ButtonState::{Pressed, Released};
+    use bevy::input::keyboard::{Key, KeyboardInput, NativeKey};
+    let world = studio.app.world_mut();
+    let window = world.query_filtered::<Entity, With<Window>>().single(world).expect("a window");
+    for key_code in keys {
+        for state in [Pressed, Released] {
+            let (key_code, logical_key) = (*key_code, Key::Unidentified(NativeKey::Unidentified));
+            world.write_message(KeyboardInput { key_code, logical_key, state, text: None, repeat: false, window });
+        }
+    }
+    for _ in 0..3 {
+        studio.app.update();
+    }
+}
+
+#[test]
+fn numbers_are_what_was_typed_however_fast() {
+    use KeyCode::{Digit0, Digit1, Digit2, Digit5, Enter, KeyG, KeyS, Period};
+    let mut studio = Studio::with_plane();
+    studio.draw(&[at(-150.0, -80.0), at(-60.0, -80.0)]);
+    studio.act(EditorAction::Take(Tool::Select));
+    let size = |studio: &mut Studio| {
+        let (_, spline) = studio.splines().swap_remove(0);
+        let surface = studio.app.world().get::<BuiltSurface>(studio.model).expect("a surface");
+        let [a, b] = [0, 1].map(|k: usize| surface.position(&spline.anchors()[k].point()));
+        (a, a.distance(b))
+    };
+    studio.act(EditorAction::SelectAll);
+    let (start, before) = size(&mut studio);
+    strike_at_once(&mut studio, &[KeyS, Digit0, Period, Digit2, Digit5, Enter]);
+    studio.settle();
+    let (_, after) = size(&mut studio);
+    assert!((after - 0.25 * before).abs() < 1e-6 * before, "{before} {after}");
+    studio.act(EditorAction::Undo);
+    studio.settle();
+    // Not in one frame, and by the keyboard alone: to the right.
+    strike_at_once(&mut studio, &[KeyG]);
+    strike_at_once(&mut studio, &[Digit0, Period, Digit1]);
+    strike_at_once(&mut studio, &[Enter]);
+    studio.settle();
+    let (moved, after) = size(&mut studio);
+    assert!((after - before).abs() < 1e-6 * before);
+    assert!((moved.distance(start) - 0.1).abs() < 1e-6, "{start} {moved}");
+}
+
 #[test]
 fn keys_count_in_the_order_in_which_they_were_struck() {
     use bevy::input::ButtonState::{Pressed, Released};

@@ -1,6 +1,10 @@
 //! The Bevy plugin in a headless app.
 
 mod b_splines;
+#[cfg(feature = "characters")]
+mod characters;
+#[cfg(feature = "characters")]
+mod characters_laid;
 mod curves;
 #[cfg(feature = "document")]
 mod documents;
@@ -12,6 +16,8 @@ mod jumps;
 mod large_meshes;
 mod lines;
 mod lines_made;
+#[cfg(feature = "characters")]
+mod paths;
 mod picks;
 mod previews;
 mod riding;

@@ -11,7 +11,7 @@ use super::{BindOptions, BoundChain, Chain, SkinError, SolveWorkspace, WeightFie
 
 /// Control points of a pose, in single precision, and the memory to make the next one in.
 ///
-/// Coordinates lie apart, chain after chain in an order of the skin's own: see [`SplineSkin::place_of`].
+/// Coordinates lie apart, chain after chain in an order of the skin's own: see [`BoundSkin::place_of`].
 #[derive(Clone, Debug, Default)]
 pub struct Posed {
     x: Vec<f32>,
@@ -72,13 +72,13 @@ pub struct FlexibleReport {
 /// space that keep an angle are solved anew in each pose.
 ///
 /// ```
-/// use bevy_surface_splines::{skin::{Chain, HandleShape, JoinRules, Shepard, SplineSkin}, vector::VectorPath};
+/// use bevy_surface_splines::{skin::{Chain, HandleShape, JoinRules, Shepard, BoundSkin}, vector::VectorPath};
 /// use glam::{DAffine2, DVec2};
 ///
 /// let points = [(0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (3.0, 0.0)].map(DVec2::from);
 /// let path = VectorPath::from_points(points.to_vec(), false).unwrap();
 /// let weights = Shepard::new(&[HandleShape::planar(points[0]), HandleShape::planar(points[3])])?;
-/// let skin = SplineSkin::bind(vec![Chain::planar(&path, &JoinRules::default())], &weights, &Default::default())?;
+/// let skin = BoundSkin::bind(vec![Chain::planar(&path, &JoinRules::default())], &weights, &Default::default())?;
 /// let mut posed = skin.at_rest();
 /// skin.pose_plane(&[DAffine2::IDENTITY, DAffine2::from_translation(DVec2::Y)], &mut posed)?;
 /// let last = skin.points(&posed, 0).last().unwrap();
@@ -86,7 +86,7 @@ pub struct FlexibleReport {
 /// # Ok::<(), bevy_surface_splines::skin::SkinError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct SplineSkin {
+pub struct BoundSkin {
     handles: usize,
     chains: Vec<BoundChain>,
     /// Where the control points of each chain are.
@@ -112,7 +112,7 @@ struct Piece {
 /// Control points of a piece: what they need of a handle stays in the nearest memory.
 const PIECE: usize = 1024;
 
-impl SplineSkin {
+impl BoundSkin {
     /// Binds chains to handles. With the feature `parallel` chains are spread over the caller's pool; the result is the same.
     ///
     /// # Errors
