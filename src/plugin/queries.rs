@@ -4,7 +4,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::log::warn_once;
 use bevy::math::{Affine3A, Mat3A, Ray3d, Vec3A};
 use bevy::prelude::*;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::deformed::DeformedSurface;
 use super::surface::BuiltSurface;
@@ -87,7 +87,8 @@ pub struct SurfaceView<'a> {
     surface: &'a Surface,
     deformed: Option<&'a DeformedSurface>,
     to_world: Affine3A,
-    from_world: Affine3A,
+    /// Not in single precision: a ray that grazes the surface would meet it elsewhere.
+    from_world: DAffine3,
     scale: f32,
 }
 
@@ -134,13 +135,13 @@ impl<'a> SurfaceView<'a> {
     /// A surface under a transform; none if that scales the axes differently or does not exist in numbers.
     pub fn new(surface: &'a Surface, to_world: Affine3A) -> Option<Self> {
         let scale = uniform_scale(&to_world.matrix3)?;
-        Some(Self { surface, deformed: None, to_world, from_world: to_world.inverse(), scale })
+        Some(Self { surface, deformed: None, to_world, from_world: to_world.as_daffine3().inverse(), scale })
     }
 
     /// A surface that is deformed: the transform tells no more than about its size.
     fn of_deformed(surface: &'a Surface, to_world: Affine3A, deformed: &'a DeformedSurface) -> Self {
         let scale = uniform_scale(&to_world.matrix3).unwrap_or(1.0);
-        Self { surface, deformed: Some(deformed), to_world, from_world: to_world.inverse(), scale }
+        Self { surface, deformed: Some(deformed), to_world, from_world: to_world.as_daffine3().inverse(), scale }
     }
 
     /// Whether joints or morph targets deform it, so that [`to_world`](Self::to_world) does not tell where it is.
@@ -179,6 +180,18 @@ impl<'a> SurfaceView<'a> {
         }
     }
 
+    /// Where a position on the surface, in local space, is in the world. Of a deformed surface this costs a search, and a position that is
+    /// off it counts as the nearest on it; `RidingCurve` is how curves are placed.
+    pub(crate) fn seen(&self, local: Vec3) -> Vec3 {
+        match self.deformed {
+            Some(_) => {
+                let found = self.surface.closest_point(local.as_dvec3());
+                found.map_or(Vec3::NAN, |found| self.position(found.point))
+            }
+            None => self.to_world.transform_point3(local),
+        }
+    }
+
     /// The first place where a ray meets the surface, from either side.
     pub fn ray(&self, ray: Ray3d) -> Option<WorldHit> {
         if let Some(deformed) = self.deformed {
@@ -187,13 +200,13 @@ impl<'a> SurfaceView<'a> {
             return Some(WorldHit { point: hit.point, position, normal, distance: hit.distance as f32 });
         }
         let origin = self.inward(ray.origin);
-        let direction = self.from_world.transform_vector3(*ray.direction).normalize_or_zero().as_dvec3();
-        let hit = self.surface.ray(origin, direction)?;
+        let direction = self.from_world.transform_vector3(ray.direction.as_dvec3());
+        let hit = self.surface.ray(origin, direction.normalize_or_zero())?;
         Some(WorldHit {
             point: hit.point,
             position: self.out(hit.position),
             normal: self.direction_out(hit.normal),
-            distance: hit.distance as f32 * self.scale,
+            distance: (hit.distance / direction.length()) as f32,
         })
     }
 
@@ -226,7 +239,7 @@ impl<'a> SurfaceView<'a> {
     pub fn walk(&self, from: SurfacePoint, heading: Vec3, distance: f64) -> Result<WorldWalk, PointError> {
         let heading = match self.deformed {
             Some(deformed) => deformed.with_posed(|posed| posed.direction_at_rest(from.face, heading.as_dvec3()))?,
-            None => self.from_world.transform_vector3(heading).as_dvec3(),
+            None => self.from_world.transform_vector3(heading.as_dvec3()),
         };
         let walk = self.surface.walk(&from, &self.surface.tangent(&from, heading)?, distance)?;
         let point = walk.path.end();
@@ -251,7 +264,7 @@ impl<'a> SurfaceView<'a> {
     }
 
     fn inward(&self, world: Vec3) -> DVec3 {
-        self.from_world.transform_point3(world).as_dvec3()
+        self.from_world.transform_point3(world.as_dvec3())
     }
 }
 

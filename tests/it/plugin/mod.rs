@@ -21,6 +21,8 @@ mod paths;
 mod picks;
 mod previews;
 mod riding;
+#[cfg(feature = "engine_gltf")]
+mod rigs;
 mod samples;
 mod slow_edits;
 mod surfaces;

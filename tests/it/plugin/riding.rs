@@ -4,9 +4,12 @@ use bevy::asset::RenderAssetUsages;
 use bevy::math::Ray3d;
 use bevy::mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes};
 use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
+use bevy::picking::backend::HitData;
+use bevy::picking::hover::HoverMap;
+use bevy::picking::pointer::PointerId;
 use bevy::prelude::*;
-use bevy_surface_splines::plugin::testing::{headless_app, update_until};
-use bevy_surface_splines::plugin::{DeformedSurface, RidingCurve};
+use bevy_surface_splines::plugin::testing::{PointerScript, headless_app, pixel_of, update_until};
+use bevy_surface_splines::plugin::{CurveHit, DeformedSurface, RidingCurve, SurfaceHit};
 use bevy_surface_splines::prelude::*;
 use bevy_surface_splines::surface::SurfacePoint;
 
@@ -180,6 +183,69 @@ fn a_ray_hits_the_mesh_as_it_is_seen() {
         }
     }
     assert!(hits > 300, "{hits} hits");
+}
+
+#[test]
+fn the_pointer_finds_surface_and_curve_where_they_are_seen() {
+    let (mut arm, mut random) = (Arm::new(), Random(6));
+    let eye = Transform::from_xyz(2.0, 1.0, 9.0).looking_at(Vec3::new(2.0, 0.0, 0.0), Vec3::Y);
+    let camera = arm.app.world_mut().spawn((Camera3d::default(), eye)).id();
+    let mut pointer = PointerScript::mouse(&mut arm.app).expect("a window");
+    let faces = arm.faces();
+    let (mut on_surface, mut on_curve) = (0, 0);
+    for _ in 0..6 {
+        arm.bend(&mut random);
+        arm.app.update();
+        let vertices = arm.vertices();
+        let pixels = |arm: &Arm, places: &[Vec3]| -> Vec<(Vec2, Ray3d)> {
+            let world = arm.app.world();
+            let pixels = places.iter().filter_map(|place| pixel_of(world, camera, *place));
+            let to = world.get::<GlobalTransform>(camera).expect("a place");
+            let camera = world.get::<Camera>(camera).expect("a camera");
+            pixels.filter_map(|pixel| Some((pixel, camera.viewport_to_world(to, pixel).ok()?))).collect()
+        };
+        let places: Vec<Vec3> = vertices.iter().step_by(23).map(|p| p.as_vec3() + 0.1).collect();
+        for (pixel, ray) in pixels(&arm, &places) {
+            let found = hovered(&mut arm, &mut pointer, pixel);
+            let expected = brute_force(&vertices, &faces, ray.origin, *ray.direction);
+            let (Some((entity, hit)), Some(distance)) = (&found, expected) else {
+                assert!(found.is_none() && expected.is_none(), "{pixel}: {found:?} {expected:?}");
+                continue;
+            };
+            assert_eq!(*entity, arm.surface);
+            let (at, point) = (hit.position.expect("a place"), hit.extra_as::<SurfaceHit>().expect("a surface").point);
+            assert!(at.distance(ray.get_point(distance as f32)) < 1e-4, "{at} {distance}");
+            let deformed = arm.app.world().get::<DeformedSurface>(arm.surface).expect("deformed");
+            assert!(deformed.position(&point).distance(at) < 1e-4);
+            on_surface += 1;
+        }
+        let spline = arm.spline;
+        arm.app.world_mut().entity_mut(spline).insert(Pickable::default());
+        let places: Vec<Vec3> = arm.riding().positions().iter().copied().step_by(7).collect();
+        for (place, (pixel, ray)) in places.iter().zip(pixels(&arm, &places)) {
+            let distance = brute_force(&vertices, &faces, ray.origin, *ray.direction);
+            // Not on the far side.
+            if distance.is_none_or(|distance| distance < f64::from(ray.origin.distance(*place)) - 1e-3) {
+                continue;
+            }
+            let (entity, hit) = hovered(&mut arm, &mut pointer, pixel).expect("a curve");
+            assert_eq!(entity, arm.spline);
+            let point = hit.extra_as::<CurveHit>().expect("a curve").point;
+            let deformed = arm.app.world().get::<DeformedSurface>(arm.surface).expect("deformed");
+            assert!(deformed.position(&point).distance(*place) < 0.02, "{} {place}", deformed.position(&point));
+            on_curve += 1;
+        }
+        arm.app.world_mut().entity_mut(spline).remove::<Pickable>();
+    }
+    assert!(on_surface > 40 && on_curve > 20, "{on_surface} {on_curve}");
+}
+
+fn hovered(arm: &mut Arm, pointer: &mut PointerScript, pixel: Vec2) -> Option<(Entity, HitData)> {
+    pointer.move_to(&mut arm.app, pixel);
+    let map = arm.app.world().resource::<HoverMap>();
+    let hits = map.get(&PointerId::Mouse)?.iter();
+    // Without an entity with data of ours it is the window that is hovered.
+    hits.filter(|(_, hit)| hit.extra.is_some()).map(|(entity, hit)| (*entity, hit.clone())).next()
 }
 
 /// The nearest hit among all faces (Möller and Trumbore), in `f64`.
