@@ -94,13 +94,13 @@ fn outline(step: f64) -> [f64; 2] {
 /// Green above, pale below (to where the angle is 0), two dark eyes.
 fn color(step: f64, angle: f64) -> [u8; 4] {
     let share = 0.5 - 0.5 * (PI * step).cos();
-    let belly = (0.5 + 0.5 * angle.cos()).powi(3);
-    let from_eye = |eye: f64| ((share - 0.915) / 0.02).powi(2) + ((angle - eye) / 0.3).powi(2);
+    let belly = (0.5 + 0.5 * angle.cos()).powi(6);
+    let from_eye = |eye: f64| ((share - 0.915) / 0.024).powi(2) + ((angle - eye) / 0.34).powi(2);
     if from_eye(0.9).min(from_eye(TAU - 0.9)) < 1.0 {
-        return [12, 12, 16, 255];
+        return [2, 2, 3, 255];
     }
     let mixed = |back: f64, belly_color: f64| (back + belly * (belly_color - back)).round() as u8;
-    [mixed(40.0, 190.0), mixed(110.0, 195.0), mixed(105.0, 150.0), 255]
+    [mixed(8.0, 90.0), mixed(48.0, 100.0), mixed(42.0, 52.0), 255]
 }
 
 fn faces() -> Vec<[u16; 3]> {
@@ -157,8 +157,8 @@ fn clip(data: &mut Data) -> String {
                 // The last key is the first again.
                 let (time, lag) = ((key % STEPS) as f64 / STEPS as f64 * TAU, 0.62 * joint as f64);
                 let strength = (joint as f64 / 2.0).min(1.0);
-                let aside = 0.36 * strength * (time - lag).sin();
-                let ahead = 0.3 * strength * (time - lag + 1.3).sin() + 0.04 * strength;
+                let aside = 0.27 * strength * (time - lag).sin();
+                let ahead = 0.22 * strength * (time - lag + 1.3).sin() + 0.04 * strength;
                 let turn = DQuat::from_rotation_z(aside) * DQuat::from_rotation_x(ahead);
                 turn.to_array().map(|x| round(x) as f32)
             };
