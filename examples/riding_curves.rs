@@ -181,8 +181,8 @@ fn take_pictures(
     mut commands: Commands,
     options: Res<Options>,
     (riding, surfaces): (Query<&OnSurface, With<RidingCurve>>, SurfaceQueries),
-    (camera, window): (Single<(&Camera, &GlobalTransform)>, Single<Entity, With<PrimaryWindow>>),
-    mut players: Query<&mut AnimationPlayer>,
+    camera: Single<(&Camera, &GlobalTransform)>,
+    (mut players, window): (Query<&mut AnimationPlayer>, Single<Entity, With<PrimaryWindow>>),
     mut pointer: MessageWriter<PointerInput>,
     mut frames: Local<u32>,
 ) {
