@@ -242,6 +242,19 @@ impl Trace {
         out
     }
 
+    /// The points of the [`positions`](Self::positions) on the surface, one each, spelled in a face in which the curve runs there; none
+    /// for a segment of another surface.
+    pub fn surface_points(&self, surface: &Surface) -> Vec<SurfacePoint> {
+        let mut out: Vec<SurfacePoint> = Vec::new();
+        for segment in &self.segments {
+            let start = segment.paths.first().map(GeodesicPath::start).filter(|_| out.is_empty());
+            out.extend(start);
+            let stretches = segment.paths.iter().flat_map(|path| path.segments(surface));
+            out.extend(stretches.map(|stretch| SurfacePoint { face: stretch.face, weights: stretch.to }));
+        }
+        out
+    }
+
     /// The unbroken pieces of the trace, as ranges of its [`positions`](Self::positions): a single one, unless the curve is
     /// torn. The path across a [`Jump`] is on no piece.
     pub fn pieces(&self) -> Vec<Range<usize>> {
@@ -340,8 +353,8 @@ impl Trace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::curve::{Method, Scheme, Tracer};
-    use crate::surface::{SurfaceOptions, shapes};
+    use crate::curve::{Method, Scheme, Spline, TraceWorkspace, Tracer};
+    use crate::surface::{FaceId, SurfaceOptions, shapes};
 
     fn torus() -> Surface {
         Surface::build(&shapes::torus(1.0, 0.45, 48, 24), &SurfaceOptions::default()).expect("a surface")
@@ -355,6 +368,25 @@ mod tests {
             surface.closest_point(DVec3::new(out * u.sin(), 0.45 * v.sin(), out * u.cos())).expect("a place").point
         };
         [(-1.0, -0.5), (-0.45, 1.0), (0.45, -1.0), (1.0, 0.5)].map(near).to_vec()
+    }
+
+    #[test]
+    fn every_position_has_its_point() {
+        for mesh in [shapes::torus(2.0, 0.7, 24, 12), shapes::grid(6, 6, 2.0, 2.0)] {
+            let surface = Surface::build(&mesh, &SurfaceOptions::default()).unwrap();
+            let point = |face: u32| SurfacePoint { face: FaceId(face), weights: [0.2, 0.5, 0.3] };
+            let faces = surface.face_count() as u32;
+            let through: Vec<_> = [1, faces / 5, faces / 2, faces - 3].map(point).into();
+            let mut workspace = TraceWorkspace::default();
+            for closed in [false, true] {
+                let spline = Spline::smooth_through(&surface, &mut workspace.finder, &through, closed).unwrap();
+                let trace = spline.trace(&surface, &mut workspace, None).unwrap();
+                let (points, positions) = (trace.surface_points(&surface), trace.positions());
+                assert_eq!(points.len(), positions.len());
+                let apart = points.iter().zip(&positions).map(|(p, at)| surface.position(p).distance(*at));
+                assert!(apart.fold(0.0, f64::max) < 1e-12);
+            }
+        }
     }
 
     #[test]

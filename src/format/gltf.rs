@@ -7,10 +7,11 @@ use glam::{DMat4, DQuat, DVec3};
 use gltf::json::accessor::{Accessor, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Node, Root};
+use gltf::json::{Index, Node};
 
 use super::error::{Cause, Fault};
 use super::gltf_data::{Buffer, Container, Data, load_buffers};
+use super::gltf_root::Root;
 use super::gltf_skin::{Rig, VERTEX_BYTES, check_skins, each_set, skin_of};
 use super::skinned::{SkinnedMesh, SkinnedMeshOptions};
 use super::strip::push_strip;
@@ -410,6 +411,18 @@ mod tests {
         assert!(matches!(fails(&draco).cause, Cause::Unsupported { .. }));
         let external = fails(&good.replace("data:application/octet-stream;base64,", "a/"));
         assert!(matches!(external.cause, Cause::Unsupported { .. }));
+    }
+
+    #[test]
+    fn what_is_no_geometry_may_be_anything() {
+        let good = document(NODE, &STRIP.replace("\"mode\"", "\"material\":0,\"mode\""));
+        // A texture without an image, one that an extension has, and what nobody could read.
+        let painted = r#""materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"images":[],"samplers":7,
+            "textures":[{},{"extensions":{"KHR_texture_basisu":{"source":0}}}],"animations":[{"channels":false}],"cameras":{},"nodes""#;
+        let mesh = parse_json(good.replace("\"nodes\"", painted).as_bytes(), None).unwrap();
+        assert_eq!(mesh, parse_json(good.as_bytes(), None).unwrap());
+        assert_eq!(mesh.faces.len(), 2);
+        assert!(matches!(fails(&good.replace("asset", "other")).cause, Cause::Json(_)));
     }
 
     #[test]

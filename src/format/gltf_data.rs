@@ -7,9 +7,10 @@ use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use base64::{alphabet, engine::DecodePaddingMode};
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Root, buffer};
+use gltf::json::{Index, buffer};
 
 use super::error::{Cause, Fault};
+use super::gltf_root::Root;
 use super::regular::read_file;
 
 /// Standard base64, with or without padding.

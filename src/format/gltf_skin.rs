@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat4};
 use gltf::json::accessor::{Accessor, Type};
 use gltf::json::mesh::{Primitive, Semantic};
-use gltf::json::{Index, Node, Root, Skin};
+use gltf::json::{Index, Node, Skin};
 
 use super::error::{Cause, Fault};
 use super::gltf::{attribute, local_transform};
 use super::gltf_data::Data;
+use super::gltf_root::Root;
 use super::skinned::{JointSet, SkinJoint, SkinnedMesh, SkinnedMeshOptions};
 use crate::surface::TriangleMesh;
 

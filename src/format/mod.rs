@@ -30,6 +30,8 @@ mod gltf;
 #[cfg(feature = "formats")]
 mod gltf_data;
 #[cfg(feature = "formats")]
+mod gltf_root;
+#[cfg(feature = "formats")]
 mod gltf_skin;
 #[cfg(feature = "formats")]
 mod obj;

@@ -9,6 +9,7 @@ use super::edit_queue::PendingEdit;
 use super::polygon::ControlPolygon;
 use super::preview::TracePreview;
 use super::queries::{SurfaceQueries, SurfaceView};
+use super::riding::RidingCurve;
 use super::smoothed_line::SmoothedLine;
 use super::spline::SurfaceSpline;
 use super::surface::OnSurface;
@@ -91,15 +92,18 @@ impl Plugin for DebugDrawPlugin {
 fn draw_curves(
     mut gizmos: Gizmos<SplineGizmos>,
     surfaces: SurfaceQueries,
-    traces: Query<(&SplineTrace, &OnSurface), Without<TracePreview>>,
+    traces: Query<(&SplineTrace, &OnSurface, Option<&RidingCurve>), Without<TracePreview>>,
     previews: Query<(&TracePreview, &OnSurface)>,
 ) {
     if !gizmos.config.enabled {
         return;
     }
     let color = gizmos.config_ext.curve;
-    for (trace, on) in &traces {
-        draw_pieces(&mut gizmos, &surfaces, on.0, trace.pieces(), color);
+    for (trace, on, riding) in &traces {
+        match riding {
+            Some(riding) => riding.pieces().for_each(|piece| gizmos.linestrip(piece.iter().copied(), color)),
+            None => draw_pieces(&mut gizmos, &surfaces, on.0, trace.pieces(), color),
+        }
     }
     let dim = color.with_alpha(color.alpha() * gizmos.config_ext.preview);
     for (preview, on) in &previews {
@@ -114,7 +118,7 @@ fn draw_lines(mut gizmos: Gizmos<SplineGizmos>, surfaces: SurfaceQueries, lines:
     let style = *gizmos.config_ext;
     for (line, on) in &lines {
         let Some(view) = surfaces.get(on.0) else { continue };
-        let world = |p: &Vec3| view.to_world().transform_point3(*p);
+        let world = |p: &Vec3| view.seen(*p);
         if line.by().is_some() && !style.drawn_line.is_fully_transparent() {
             gizmos.linestrip(line.drawn_polyline().iter().map(world), style.drawn_line);
         }
@@ -137,7 +141,7 @@ fn draw_pieces<'p>(
 ) {
     let Some(view) = surfaces.get(on) else { return };
     for piece in pieces {
-        gizmos.linestrip(piece.iter().map(|p| view.to_world().transform_point3(*p)), color);
+        gizmos.linestrip(piece.iter().map(|p| view.seen(*p)), color);
     }
 }
 
@@ -153,7 +157,7 @@ fn draw_polygons(
     for (polygon, on) in &polygons {
         let Some(view) = surfaces.get(on.0) else { continue };
         for leg in polygon.legs() {
-            gizmos.linestrip(leg.iter().map(|p| view.to_world().transform_point3(*p)), color);
+            gizmos.linestrip(leg.iter().map(|p| view.seen(*p)), color);
         }
     }
 }
@@ -205,7 +209,7 @@ fn leg(anchors: &[Anchor], kind: ControlKind) -> Option<&GeodesicPath> {
 
 fn world_positions(leg: &GeodesicPath, view: &SurfaceView) -> Vec<Vec3> {
     let positions = leg.positions(view.surface());
-    positions.iter().map(|p| view.to_world().transform_point3(p.as_vec3())).collect()
+    positions.iter().map(|p| view.seen(p.as_vec3())).collect()
 }
 
 /// World length that covers one logical pixel at a position; none behind the eye.

@@ -6,6 +6,7 @@
 //! handles appear that can be picked and dragged. What would take longer than a frame has ([`TraceBudget`]) is computed in the
 //! background; a [`TracePreview`] is shown meanwhile. With the feature `svg`, a `Drawing` with a `Placement` becomes splines. With the feature
 //! `characters`, `BezierPaths` are painted paths as meshes, a `SplineSkin` lets them follow joints, and a `BezierCharacter` is all of that from one file.
+//! On a mesh that joints or morph targets deform ([`DeformedSurface`]), curves ride along ([`RidingCurve`]) and picking hits what is seen.
 //!
 //! Every plugin can be added alone and names its schedule and set; [`SurfaceSplinePlugins`] adds them all. Sets run in
 //! `PostUpdate` in the order of [`SurfaceSplineSystems`], before transforms are propagated (drawing after), so an edit
@@ -30,6 +31,7 @@ mod controls;
 mod costs;
 mod curve;
 mod debug_draw;
+mod deformed;
 mod diagnostics;
 #[cfg(feature = "document")]
 mod document;
@@ -59,6 +61,7 @@ mod preview;
 mod queries;
 mod remap;
 mod retrace;
+mod riding;
 #[cfg(feature = "characters")]
 mod skin_binding;
 mod smooth_lines;
@@ -88,6 +91,7 @@ pub use character_systems::CharacterSystems;
 pub use controls::{ControlKind, ControlOf, ControlPoint, Controls, ControlsPlugin, Editable};
 pub use curve::TraceCurve;
 pub use debug_draw::{DebugDrawPlugin, SplineGizmos};
+pub use deformed::{DeformPlugin, DeformedSurface};
 pub use diagnostics::SplineDiagnosticsPlugin;
 #[cfg(feature = "document")]
 pub use document::{
@@ -120,6 +124,7 @@ pub use polygon::{ControlPolygon, PolygonPlugin};
 pub use preview::{PreviewKind, TracePreview};
 pub use queries::{SurfaceQueries, SurfaceQueryError, SurfaceView, WorldHit, WorldPlace, WorldWalk};
 pub use retrace::{RetracePlugin, TraceStatistics};
+pub use riding::{RidingCurve, RidingPlugin};
 #[cfg(feature = "characters")]
 pub use skin_binding::{JointWeights, SkinBinding, SkinState};
 pub use smoothed_line::{LinePlace, SmoothedLine};
@@ -133,7 +138,7 @@ pub use surface::{
 pub use trace::{SplineTrace, TraceChanged};
 
 /// The steps of a frame: `Build` to `Controls` run in `PostUpdate`, chained in this order, before transforms are
-/// propagated; `Draw` after that; `Drag` in `PreUpdate`.
+/// propagated; `Ride` and `Draw` after that; `Drag` in `PreUpdate`.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SurfaceSplineSystems {
     /// Surfaces are built from meshes.
@@ -146,6 +151,8 @@ pub enum SurfaceSplineSystems {
     Trace,
     /// Entities of anchors and handles follow, and control polygons of B-splines.
     Controls,
+    /// What lies on deformed meshes follows them, after transforms are propagated.
+    Ride,
     /// Gizmos are drawn.
     Draw,
     /// Pointers grab and move control points, after picking.
@@ -154,13 +161,13 @@ pub enum SurfaceSplineSystems {
 
 /// Puts the sets in order; every plugin calls it, and calling it again changes nothing.
 fn configure_sets(app: &mut App) {
-    use SurfaceSplineSystems::{Build, Controls, Drag, Draw, Edit, Resolve, Trace};
+    use SurfaceSplineSystems::{Build, Controls, Drag, Draw, Edit, Resolve, Ride, Trace};
     if app.world().contains_resource::<SetsConfigured>() {
         return;
     }
     app.insert_resource(SetsConfigured)
         .configure_sets(PostUpdate, (Build, Resolve, Edit, Trace, Controls).chain().before(TransformSystems::Propagate))
-        .configure_sets(PostUpdate, Draw.after(Controls).after(TransformSystems::Propagate))
+        .configure_sets(PostUpdate, (Ride, Draw).chain().after(Controls).after(TransformSystems::Propagate))
         .configure_sets(PreUpdate, Drag.after(bevy::picking::PickingSystems::Last).after(bevy::input::InputSystems));
 }
 
@@ -194,6 +201,8 @@ impl PluginGroup for SurfaceSplinePlugins {
             .add(PickPlugin)
             .add(LinePenPlugin)
             .add(DragPlugin)
+            .add(DeformPlugin)
+            .add(RidingPlugin)
             .add(SplineDiagnosticsPlugin)
             .add(DebugDrawPlugin)
     }

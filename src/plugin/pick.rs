@@ -2,7 +2,7 @@
 
 use bevy::camera::RenderTarget;
 use bevy::ecs::system::SystemParam;
-use bevy::math::Ray3d;
+use bevy::math::{Affine3A, Ray3d};
 use bevy::picking::PickingSystems;
 use bevy::picking::backend::ray::RayMap;
 use bevy::picking::backend::{HitData, PointerHits};
@@ -12,6 +12,7 @@ use bevy::window::PrimaryWindow;
 
 use super::controls::{ControlKind, ControlPoint, Editable};
 use super::queries::{SurfaceQueries, SurfaceView, WorldHit};
+use super::riding::RidingCurve;
 use super::smoothed_line::{LinePlace, SmoothedLine};
 use super::spline::SurfaceSpline;
 use super::surface::{BuiltSurface, OnSurface};
@@ -95,7 +96,12 @@ pub struct Picker<'w, 's> {
     built: Query<'w, 's, &'static BuiltSurface>,
     controls: Query<'w, 's, (Entity, &'static ControlPoint)>,
     splines: Query<'w, 's, (&'static SurfaceSpline, &'static OnSurface)>,
-    curves: Query<'w, 's, (Entity, &'static SplineTrace, &'static OnSurface), Or<(With<Editable>, With<Pickable>)>>,
+    curves: Query<
+        'w,
+        's,
+        (Entity, &'static SplineTrace, &'static OnSurface, Option<&'static RidingCurve>),
+        Or<(With<Editable>, With<Pickable>)>,
+    >,
     lines: Query<'w, 's, (Entity, &'static SmoothedLine, &'static OnSurface), Or<(With<Editable>, With<Pickable>)>>,
 }
 
@@ -236,9 +242,15 @@ impl Picker<'_, '_> {
 
     fn grabbed_curves(&self, eye: &Eye, pixel: Vec2) -> Vec<(Grab, CurveHit)> {
         let mut grabs = Vec::new();
-        for (entity, trace, on) in &self.curves {
+        for (entity, trace, on, riding) in &self.curves {
             let Some(view) = self.queries.get(on.0) else { continue };
-            let found = self.near(eye, pixel, &view, trace.bounds(), trace.pieces());
+            let found = match riding {
+                // Where it was traced, the curve has the same places in the same order.
+                Some(riding) => eye
+                    .nearest_on(riding.pieces(), Affine3A::IDENTITY, pixel, self.settings.grab_radius)
+                    .and_then(|world| riding.at_rest(world, trace.polyline())),
+                None => self.near(eye, pixel, &view, trace.bounds(), trace.pieces()),
+            };
             let Some(local) = found else { continue };
             let Some(nearest) = trace.nearest(view.surface(), local.as_dvec3()) else { continue };
             let position = view.position(nearest.point);
@@ -277,7 +289,7 @@ impl Picker<'_, '_> {
     ) -> Option<Vec3> {
         let (centre, within) = (view.to_world().transform_point3(centre), self.settings.grab_radius);
         let may_be = eye.may_see(centre, view.scale() * radius, pixel, within);
-        may_be.then(|| eye.nearest_on(polylines, view, pixel, within))?
+        may_be.then(|| eye.nearest_on(polylines, view.to_world(), pixel, within))?
     }
 
     /// Distance from the near plane to a position, unless a surface hides it.
@@ -335,11 +347,11 @@ impl<'a> Eye<'a> {
     fn nearest_on<'p>(
         &self,
         polylines: impl Iterator<Item = &'p [Vec3]>,
-        view: &SurfaceView,
+        to_world: Affine3A,
         pixel: Vec2,
         radius: f32,
     ) -> Option<Vec3> {
-        let clip = self.clip_from_world * Mat4::from(view.to_world());
+        let clip = self.clip_from_world * Mat4::from(to_world);
         let mut best = (radius, None);
         for polyline in polylines {
             let mut before: Option<(Vec3, Vec2)> = None;

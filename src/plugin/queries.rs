@@ -4,8 +4,9 @@ use bevy::ecs::system::SystemParam;
 use bevy::log::warn_once;
 use bevy::math::{Affine3A, Mat3A, Ray3d, Vec3A};
 use bevy::prelude::*;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
+use super::deformed::DeformedSurface;
 use super::surface::BuiltSurface;
 use crate::geodesic::{GeodesicPath, PathError, WalkStop};
 use crate::surface::{PointError, Surface, SurfacePoint};
@@ -30,7 +31,8 @@ const UNIFORM: f32 = 1e-3;
 /// ```
 #[derive(SystemParam)]
 pub struct SurfaceQueries<'w, 's> {
-    surfaces: Query<'w, 's, (&'static BuiltSurface, Option<&'static GlobalTransform>)>,
+    surfaces:
+        Query<'w, 's, (&'static BuiltSurface, Option<&'static GlobalTransform>, Option<&'static DeformedSurface>)>,
 }
 
 /// Why a surface cannot be asked.
@@ -65,19 +67,28 @@ impl SurfaceQueries<'_, '_> {
     /// # Errors
     /// [`SurfaceQueryError`], whose text names the remedy.
     pub fn try_get(&self, entity: Entity) -> Result<SurfaceView<'_>, SurfaceQueryError> {
-        let (surface, transform) = self.surfaces.get(entity).map_err(|_| SurfaceQueryError::NotReady(entity))?;
+        let (surface, transform, deformed) =
+            self.surfaces.get(entity).map_err(|_| SurfaceQueryError::NotReady(entity))?;
         let to_world = transform.map_or(Affine3A::IDENTITY, GlobalTransform::affine);
-        SurfaceView::new(surface, to_world).ok_or(SurfaceQueryError::NonUniformScale(entity))
+        match deformed {
+            Some(deformed) => Ok(SurfaceView::of_deformed(surface, to_world, deformed)),
+            None => SurfaceView::new(surface, to_world).ok_or(SurfaceQueryError::NonUniformScale(entity)),
+        }
     }
 }
 
 /// A surface where it stands in the world: takes and gives world positions and directions; lengths along it are in its
 /// local unit.
+///
+/// Of a surface that joints or morph targets deform ([`DeformedSurface`]), positions, normals, directions, rays and nearest places are those of the
+/// pose; paths and walks go by the mesh as it was made.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceView<'a> {
     surface: &'a Surface,
+    deformed: Option<&'a DeformedSurface>,
     to_world: Affine3A,
-    from_world: Affine3A,
+    /// Not in single precision: a ray that grazes the surface would meet it elsewhere.
+    from_world: DAffine3,
     scale: f32,
 }
 
@@ -124,7 +135,18 @@ impl<'a> SurfaceView<'a> {
     /// A surface under a transform; none if that scales the axes differently or does not exist in numbers.
     pub fn new(surface: &'a Surface, to_world: Affine3A) -> Option<Self> {
         let scale = uniform_scale(&to_world.matrix3)?;
-        Some(Self { surface, to_world, from_world: to_world.inverse(), scale })
+        Some(Self { surface, deformed: None, to_world, from_world: to_world.as_daffine3().inverse(), scale })
+    }
+
+    /// A surface that is deformed: the transform tells no more than about its size.
+    fn of_deformed(surface: &'a Surface, to_world: Affine3A, deformed: &'a DeformedSurface) -> Self {
+        let scale = uniform_scale(&to_world.matrix3).unwrap_or(1.0);
+        Self { surface, deformed: Some(deformed), to_world, from_world: to_world.as_daffine3().inverse(), scale }
+    }
+
+    /// Whether joints or morph targets deform it, so that [`to_world`](Self::to_world) does not tell where it is.
+    pub fn is_deformed(&self) -> bool {
+        self.deformed.is_some()
     }
 
     /// The surface itself, which speaks local `f64`.
@@ -132,7 +154,7 @@ impl<'a> SurfaceView<'a> {
         self.surface
     }
 
-    /// From local to world space.
+    /// From local to world space; of a deformed surface, the entity's transform.
     pub fn to_world(&self) -> Affine3A {
         self.to_world
     }
@@ -144,29 +166,57 @@ impl<'a> SurfaceView<'a> {
 
     /// Position of a point; NaN if it does not belong to this surface.
     pub fn position(&self, point: SurfacePoint) -> Vec3 {
-        self.out(self.surface.position(&point))
+        match self.deformed {
+            Some(deformed) => deformed.position(&point),
+            None => self.out(self.surface.position(&point)),
+        }
     }
 
     /// Unit normal at a point; NaN if it does not belong to this surface.
     pub fn normal(&self, point: SurfacePoint) -> Vec3 {
-        self.direction_out(self.surface.normal(&point))
+        match self.deformed {
+            Some(deformed) => deformed.normal(&point),
+            None => self.direction_out(self.surface.normal(&point)),
+        }
+    }
+
+    /// Where a position on the surface, in local space, is in the world. Of a deformed surface this costs a search, and a position that is
+    /// off it counts as the nearest on it; `RidingCurve` is how curves are placed.
+    pub(crate) fn seen(&self, local: Vec3) -> Vec3 {
+        match self.deformed {
+            Some(_) => {
+                let found = self.surface.closest_point(local.as_dvec3());
+                found.map_or(Vec3::NAN, |found| self.position(found.point))
+            }
+            None => self.to_world.transform_point3(local),
+        }
     }
 
     /// The first place where a ray meets the surface, from either side.
     pub fn ray(&self, ray: Ray3d) -> Option<WorldHit> {
+        if let Some(deformed) = self.deformed {
+            let hit = deformed.ray(ray)?;
+            let (position, normal) = (hit.position.as_vec3(), hit.normal.as_vec3());
+            return Some(WorldHit { point: hit.point, position, normal, distance: hit.distance as f32 });
+        }
         let origin = self.inward(ray.origin);
-        let direction = self.from_world.transform_vector3(*ray.direction).normalize_or_zero().as_dvec3();
-        let hit = self.surface.ray(origin, direction)?;
+        let direction = self.from_world.transform_vector3(ray.direction.as_dvec3());
+        let hit = self.surface.ray(origin, direction.normalize_or_zero())?;
         Some(WorldHit {
             point: hit.point,
             position: self.out(hit.position),
             normal: self.direction_out(hit.normal),
-            distance: hit.distance as f32 * self.scale,
+            distance: (hit.distance / direction.length()) as f32,
         })
     }
 
     /// The place nearest to a position; none for a position that is not finite.
     pub fn closest_point(&self, position: Vec3) -> Option<WorldPlace> {
+        if let Some(deformed) = self.deformed {
+            let found = deformed.closest_point(position)?;
+            let (position, distance) = (found.position.as_vec3(), found.distance as f32);
+            return Some(WorldPlace { point: found.point, position, distance });
+        }
         let found = self.surface.closest_point(self.inward(position))?;
         let distance = found.distance as f32 * self.scale;
         Some(WorldPlace { point: found.point, position: self.out(found.position), distance })
@@ -187,16 +237,21 @@ impl<'a> SurfaceView<'a> {
     /// # Errors
     /// [`PointError`] if the point does not belong to the surface.
     pub fn walk(&self, from: SurfacePoint, heading: Vec3, distance: f64) -> Result<WorldWalk, PointError> {
-        let heading = self.from_world.transform_vector3(heading).as_dvec3();
+        let heading = match self.deformed {
+            Some(deformed) => deformed.with_posed(|posed| posed.direction_at_rest(from.face, heading.as_dvec3()))?,
+            None => self.from_world.transform_vector3(heading.as_dvec3()),
+        };
         let walk = self.surface.walk(&from, &self.surface.tangent(&from, heading)?, distance)?;
         let point = walk.path.end();
-        Ok(WorldWalk {
-            point,
-            position: self.position(point),
-            direction: self.direction_out(self.surface.tangent_in_space(&walk.heading)?),
-            stopped: walk.stopped,
-            path: walk.path,
-        })
+        let ahead = self.surface.tangent_in_space(&walk.heading)?;
+        let direction = match self.deformed {
+            Some(deformed) => {
+                let ahead = deformed.with_posed(|posed| posed.direction_now(point.face, ahead))?;
+                ahead.as_vec3().normalize_or_zero()
+            }
+            None => self.direction_out(ahead),
+        };
+        Ok(WorldWalk { point, position: self.position(point), direction, stopped: walk.stopped, path: walk.path })
     }
 
     fn out(&self, local: DVec3) -> Vec3 {
@@ -209,7 +264,7 @@ impl<'a> SurfaceView<'a> {
     }
 
     fn inward(&self, world: Vec3) -> DVec3 {
-        self.from_world.transform_point3(world).as_dvec3()
+        self.from_world.transform_point3(world.as_dvec3())
     }
 }
 

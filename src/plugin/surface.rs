@@ -113,6 +113,10 @@ struct Requested {
 #[component(clone_behavior = Ignore)]
 struct Announced(Arc<Surface>);
 
+/// The systems by which surfaces come, before those that say more of them.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SurfaceBuildSystems;
+
 /// Builds surfaces from meshes, off the main thread.
 ///
 /// Schedule: `PostUpdate`, set [`SurfaceSplineSystems::Build`], after `AssetEventSystems`. Needs Bevy's `AssetPlugin` and `Mesh` assets.
@@ -132,6 +136,7 @@ impl Plugin for SurfacePlugin {
                 PostUpdate,
                 (request_surfaces, build_surfaces, announce_surfaces)
                     .chain()
+                    .in_set(SurfaceBuildSystems)
                     .in_set(SurfaceSplineSystems::Build)
                     .after(AssetEventSystems)
                     .run_if(resource_exists::<Assets<Mesh>>),

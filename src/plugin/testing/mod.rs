@@ -75,7 +75,7 @@ pub fn unfinished_headless_app_from(mut app: App, assets: AssetPlugin) -> App {
         bevy::gizmos::GizmoPlugin,
         bevy::world_serialization::WorldSerializationPlugin,
         bevy::picking::DefaultPickingPlugins,
-        #[cfg(feature = "characters")]
+        #[cfg(any(feature = "characters", feature = "engine_gltf"))]
         bevy::animation::AnimationPlugin,
     ))
     .insert_resource(TimeUpdateStrategy::ManualDuration(FRAME))

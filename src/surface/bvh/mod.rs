@@ -15,6 +15,7 @@ use super::{ArrayMemory, BuildProgress, SurfaceError, memory, parallel};
 
 mod closest;
 mod ray;
+mod refit;
 mod split;
 
 /// Most faces in a leaf.

@@ -20,6 +20,9 @@ mod lines_made;
 mod paths;
 mod picks;
 mod previews;
+mod riding;
+#[cfg(feature = "engine_gltf")]
+mod rigs;
 mod samples;
 mod slow_edits;
 mod surfaces;
