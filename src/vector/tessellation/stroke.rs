@@ -9,6 +9,7 @@ use lyon_tessellation::{StrokeOptions, StrokeTessellator, StrokeVertex, VertexId
 use super::Picture;
 use super::dash::Part;
 use super::picture::{Pen, PictureShape, point as cubic_point};
+use super::shade::Shade;
 use crate::vector::{LineCap, LineJoin};
 
 /// The triangles of a stroke.
@@ -188,13 +189,18 @@ struct Sink<'a> {
 }
 
 impl Sink<'_> {
-    /// The place on the path that a vertex belongs to, now and as it was drawn.
-    fn place(&self, source: VertexSource) -> [Vec3; 2] {
+    /// The place on the path that a vertex belongs to, and its colour, which goes by where it was drawn.
+    fn place(&self, source: VertexSource) -> (Vec3, [f32; 4]) {
         let (id, t) = match source {
             VertexSource::Endpoint { id } => (id, 0.0),
             VertexSource::Edge { from, t, .. } => (from, t),
         };
-        self.segments.get(id.0 as usize).map_or([Vec3::ZERO; 2], |both| both.map(|segment| cubic_point(segment, t)))
+        let [now, drawn] = self.segments.get(id.0 as usize).copied().unwrap_or_default();
+        let color = match &self.pen.shade {
+            Shade::Plain(color) => *color,
+            shade => shade.at(self.picture.drawn(cubic_point(drawn, t))),
+        };
+        (cubic_point(now, t), color)
     }
 }
 
@@ -209,10 +215,10 @@ impl StrokeGeometryBuilder for Sink<'_> {
         let id = VertexId(self.line.positions.len() as u32);
         let (on, at) = (vertex.position_on_path(), vertex.position());
         let off = Vec2::new(at.x - on.x, at.y - on.y) / self.picture.magnified;
-        let [now, rest] = self.place(vertex.source());
+        let (now, color) = self.place(vertex.source());
         let offset = self.picture.lifted(off);
         self.line.positions.push(now + offset);
-        self.line.colors.push(self.pen.shade.at(self.picture.drawn(rest)));
+        self.line.colors.push(color);
         Ok(id)
     }
 }
