@@ -25,6 +25,8 @@ const LONGEST_NAME: usize = 1_000;
 const MOST_PARTS: usize = 10_000;
 /// Corners of an outline or a cage: all its edges are compared with one another.
 const MOST_CORNERS: usize = 256;
+/// Clips times what any of them moves.
+const MOST_CURVES: usize = 100_000;
 /// Triangles of the weights of a part.
 const TRIANGLES: [u32; 2] = [16, 20_000];
 /// Changes of joins, each as often as there are shapes of its name.
@@ -69,6 +71,10 @@ impl Character {
         }
         let keys = self.clips.iter().flat_map(|clip| &clip.tracks).map(|track| track.keys.len()).sum();
         limit_count("clips", keys, Self::MOST_KEYS, "keys")?;
+        // Players keep a curve for each, as clips bring back to rest what others move.
+        let tracks = self.clips.iter().flat_map(|clip| &clip.tracks);
+        let moved: HashSet<_> = tracks.map(|track| (track.joint, std::mem::discriminant(&track.keys))).collect();
+        limit_count("clips", moved.len() * self.clips.len(), MOST_CURVES, "clips times what they move of joints")?;
         Ok(assigned)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bevy::animation::graph::AnimationGraphHandle;
+use bevy::animation::graph::{AnimationGraphHandle, AnimationNodeIndex};
 use bevy::animation::{ActiveAnimation, AnimatedBy, AnimationPlayer};
 use bevy::asset::{AssetLoadError, AssetLoadFailedEvent, LoadState};
 use bevy::log::warn;
@@ -114,7 +114,9 @@ pub struct CharacterFailed {
 #[derive(Component, Debug)]
 #[component(clone_behavior = Ignore)]
 pub(super) struct Instance {
-    prepared: Arc<Prepared>,
+    pub(super) prepared: Arc<Prepared>,
+    /// Names of clips and their nodes in the graph, as the player knows them.
+    clips: Vec<(String, AnimationNodeIndex)>,
     is_laid: bool,
 }
 
@@ -188,7 +190,7 @@ type Characters<'w, 's> = Query<
         Entity,
         Ref<'static, BezierCharacter>,
         &'static mut CharacterState,
-        Option<&'static Instance>,
+        Option<&'static mut Instance>,
         Option<&'static CharacterJoints>,
         Option<&'static mut SplineSkin>,
         Option<&'static mut AnimationPlayer>,
@@ -210,7 +212,7 @@ fn prepare_characters(
     (children, animated): (Query<&Children>, Query<&AnimatedBy>),
 ) {
     bindings.begin_frame();
-    for (entity, character, mut state, instance, known, skin, player, is_laid) in &mut characters {
+    for (entity, character, mut state, mut instance, known, skin, mut player, is_laid) in &mut characters {
         let id = character.0.id();
         let Some(asset) = assets.get(id) else {
             match server.as_ref().map(|server| server.load_state(id)) {
@@ -222,6 +224,16 @@ fn prepare_characters(
             }
             continue;
         };
+        // The graph is that of the asset as it is now, also while what became of it is being bound, or cannot be.
+        if let (Some(instance), Some(player)) = (&mut instance, &mut player) {
+            let is_known = asset.clips().iter().map(|clip| (clip.name.as_str(), clip.node));
+            if !is_known.eq(instance.clips.iter().map(|(name, node)| (name.as_str(), *node))) {
+                let now = clips_of(asset);
+                go_on(player, &instance.clips, &now);
+                instance.clips = now;
+            }
+        }
+        let instance = instance.as_deref();
         match bindings.of(id, asset, server.as_deref()) {
             Err(progress) => drop(state.set_if_neq(CharacterState::Binding { progress })),
             Ok(Err(reason)) => fail(entity, reason.to_owned(), instance.is_some(), &mut state, &mut commands),
@@ -239,12 +251,14 @@ fn prepare_characters(
                 let below = children.iter_descendants(entity).filter(mine).collect();
                 let of = Of { entity, prepared, before, known: known.map_or(&[], |known| &known.0), below };
                 let all = of.take_joints(&mut commands, &mut joints);
-                of.set_player(player, &mut commands);
+                if player.is_none() {
+                    commands.entity(entity).try_insert(AnimationPlayer::default());
+                }
                 let mut wanted = skin.map_or_else(SplineSkin::default, |skin| skin.clone());
                 (wanted.joints, wanted.inverse_bind_poses) = (all.clone(), prepared.inverse_rest.clone());
                 let binding = prepared.bindings[usize::from(is_laid)].clone();
                 let paths = BezierPaths::new(binding.picture().clone());
-                let instance = Instance { prepared: prepared.clone(), is_laid };
+                let instance = Instance { prepared: prepared.clone(), clips: clips_of(asset), is_laid };
                 let made = (wanted, binding, paths, CharacterJoints(all), instance);
                 commands.entity(entity).try_insert((made, AnimationGraphHandle(asset.graph().clone())));
                 *state = CharacterState::Ready;
@@ -315,30 +329,37 @@ impl Of<'_> {
             transform.scale = rest.scale;
         }
     }
+}
 
-    /// Clips of the same names go on.
-    fn set_player(&self, player: Option<Mut<AnimationPlayer>>, commands: &mut Commands) {
-        let Some(mut player) = player else {
-            commands.entity(self.entity).try_insert(AnimationPlayer::default());
-            return;
-        };
-        let Some(before) = self.before.filter(|before| before.clips != self.prepared.clips) else { return };
-        let name_of = |node| before.clips.iter().find(|(_, known)| *known == node).map(|(name, _)| name);
-        let playing: Vec<(Option<&String>, ActiveAnimation)> =
-            player.playing_animations().map(|(node, active)| (name_of(*node), *active)).collect();
-        player.stop_all();
-        for (name, active) in playing {
-            if let Some((_, node)) = self.prepared.clips.iter().find(|(known, _)| Some(known) == name) {
-                *player.play(*node) = active;
-            }
+/// Names of clips and their nodes.
+fn clips_of(asset: &CharacterAsset) -> Vec<(String, AnimationNodeIndex)> {
+    asset.clips().iter().map(|clip| (clip.name.clone(), clip.node)).collect()
+}
+
+/// Clips of the same names go on where the nodes of a graph are others.
+fn go_on(player: &mut AnimationPlayer, before: &[(String, AnimationNodeIndex)], now: &[(String, AnimationNodeIndex)]) {
+    let name_of = |node| before.iter().find(|(_, known)| *known == node).map(|(name, _)| name);
+    let playing: Vec<(Option<&String>, ActiveAnimation)> =
+        player.playing_animations().map(|(node, active)| (name_of(*node), *active)).collect();
+    player.stop_all();
+    for (name, active) in playing {
+        if let Some((_, node)) = now.iter().find(|(known, _)| Some(known) == name) {
+            *player.play(*node) = active;
         }
     }
 }
 
 /// Takes joints and paths from an entity that is no character any more.
-fn drop_character(removed: On<Remove, BezierCharacter>, joints: Query<&CharacterJoints>, mut commands: Commands) {
+fn drop_character(
+    removed: On<Remove, BezierCharacter>,
+    joints: Query<&CharacterJoints>,
+    animated: Query<&AnimatedBy>,
+    mut commands: Commands,
+) {
     if let Ok(known) = joints.get(removed.entity) {
-        known.0.iter().for_each(|joint| commands.entity(*joint).try_despawn());
+        // A clone that has none of its own yet lists those of the other.
+        let mine = known.0.iter().filter(|joint| animated.get(**joint).is_ok_and(|by| by.0 == removed.entity));
+        mine.for_each(|joint| commands.entity(*joint).try_despawn());
     }
     if let Ok(mut entity) = commands.get_entity(removed.entity) {
         entity.try_remove::<(Instance, CharacterJoints, SplineSkin, SkinBinding, BezierPaths, AnimationGraphHandle)>();

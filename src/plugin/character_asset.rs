@@ -1,5 +1,6 @@
 //! Character files as assets: the drawing, the joints and the clips in one.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use bevy::animation::graph::AnimationNodeIndex;
@@ -69,8 +70,9 @@ impl CharacterAsset {
         let character = Arc::new(character);
         let mut graph = AnimationGraph::new();
         let mut clips = Vec::with_capacity(character.clips.len());
+        let moved = moved_by_clips(&character);
         for (number, clip) in character.clips.iter().enumerate() {
-            let handle = add(&clip.name, engine_clip(&character, number));
+            let handle = add(&clip.name, engine_clip(&character, number, &moved));
             let node = graph.add_clip(handle.clone(), 1.0, graph.root);
             clips.push(CharacterClip { name: clip.name.clone(), node, clip: handle });
         }
@@ -100,7 +102,7 @@ pub(super) fn transform_of(pose: &JointPose) -> Transform {
 }
 
 /// What of a joint a curve moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Channel {
     Translation,
     Rotation,
@@ -175,18 +177,18 @@ impl Curve<Quat> for TurnCurve {
     }
 }
 
+/// What any clip of a character moves.
+fn moved_by_clips(character: &Character) -> Vec<(usize, Channel)> {
+    let mut known = HashSet::new();
+    let tracks = character.clips.iter().flat_map(|clip| &clip.tracks);
+    tracks.map(|track| (track.joint, Channel::of(&track.keys))).filter(|one| known.insert(*one)).collect()
+}
+
 /// A clip for the engine's player. It moves all that any clip of the character moves, so that what this one leaves alone goes back to rest.
-fn engine_clip(character: &Arc<Character>, clip: usize) -> AnimationClip {
-    let mut moved: Vec<(usize, Channel)> = Vec::new();
-    for track in character.clips.iter().flat_map(|clip| &clip.tracks) {
-        let one = (track.joint, Channel::of(&track.keys));
-        if !moved.contains(&one) {
-            moved.push(one);
-        }
-    }
+fn engine_clip(character: &Arc<Character>, clip: usize, moved: &[(usize, Channel)]) -> AnimationClip {
     let mut made = AnimationClip::default();
     let tracks = character.clips.get(clip).map_or(&[][..], |clip| &clip.tracks);
-    for (joint, channel) in moved {
+    for (joint, channel) in moved.iter().copied() {
         let track = tracks.iter().position(|track| track.joint == joint && Channel::of(&track.keys) == channel);
         let curve = JointCurve { character: character.clone(), clip, joint, track };
         let target = target_of(character, joint);

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use bevy::animation::graph::AnimationNodeIndex;
 use bevy::asset::AssetServer;
 use bevy::asset::io::AssetWriterError;
 use bevy::log::debug;
@@ -22,8 +21,6 @@ pub(super) struct Prepared {
     /// For the plane, and for surfaces, on which edges must not be long.
     pub(super) bindings: [SkinBinding; 2],
     pub(super) inverse_rest: Vec<Mat4>,
-    /// Names of clips and their nodes.
-    pub(super) clips: Vec<(String, AnimationNodeIndex)>,
 }
 
 /// What is bound, and what is being bound.
@@ -85,7 +82,6 @@ impl Bindings {
 impl Binding {
     fn begin(id: AssetId<CharacterAsset>, asset: &CharacterAsset, server: Option<&AssetServer>) -> Self {
         let (character, progress) = (asset.character().clone(), Arc::new(BindProgress::default()));
-        let clips = asset.clips().iter().map(|clip| (clip.name.clone(), clip.node)).collect();
         let (own, watched) = (character.clone(), progress.clone());
         let cache = server.and_then(|server| Cache::of(id, server));
         let work = async move {
@@ -97,7 +93,7 @@ impl Binding {
             if let (Some(cache), Some(new)) = (cache, new) {
                 cache.write(&new).await;
             }
-            prepare(own, bound, clips)
+            prepare(own, bound)
         };
         let task = AsyncComputeTaskPool::get_or_init(TaskPool::default).spawn(work);
         Self { character, progress, task: Some(task), done: None, is_wanted: true }
@@ -108,11 +104,7 @@ impl Binding {
 const EDGES: f32 = 40.0;
 
 /// Puts together what is shared.
-fn prepare(
-    character: Arc<Character>,
-    bound: BoundCharacter,
-    clips: Vec<(String, AnimationNodeIndex)>,
-) -> Result<Prepared, String> {
+fn prepare(character: Arc<Character>, bound: BoundCharacter) -> Result<Prepared, String> {
     let drawing = &character.drawing;
     // Shapes in the order in which they are painted, each with those of its paths that are bound.
     let mut shapes: Vec<(usize, Shape)> = Vec::new();
@@ -141,7 +133,7 @@ fn prepare(
     let skin = Arc::new(bound.skin);
     let bind = |picture| SkinBinding::new(skin.clone(), picture, &paths);
     let bindings = bind(plane).zip(bind(spaced)).ok_or("its paths do not fit its drawing: load it again")?;
-    Ok(Prepared { character, bindings: bindings.into(), inverse_rest, clips })
+    Ok(Prepared { character, bindings: bindings.into(), inverse_rest })
 }
 
 /// Where solved weights are kept: beside the character's file.

@@ -3,8 +3,7 @@
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
-use super::character::{BezierCharacter, CharacterJoints};
-use super::character_asset::CharacterAsset;
+use super::character::{CharacterJoints, Instance};
 use crate::character::{Character, Clip, Easing, JointPose, Keys, Track};
 
 /// Takes down how characters are posed.
@@ -21,9 +20,8 @@ use crate::character::{Character, Clip, Easing, JointPose, Keys, Track};
 /// ```
 #[derive(SystemParam)]
 pub struct CharacterCapture<'w, 's> {
-    characters: Query<'w, 's, (&'static BezierCharacter, &'static CharacterJoints)>,
+    characters: Query<'w, 's, (&'static Instance, &'static CharacterJoints)>,
     joints: Query<'w, 's, &'static Transform>,
-    assets: Res<'w, Assets<CharacterAsset>>,
 }
 
 /// Why a character could not be taken down.
@@ -32,9 +30,6 @@ pub enum CharacterCaptureError {
     /// It is none, or it is not there yet.
     #[error("{0} is no character that is there: wait for `CharacterReady`")]
     NoCharacter(Entity),
-    /// Its file is not loaded any more.
-    #[error("the file of the character {0} is not loaded: keep its handle")]
-    NoFile(Entity),
 }
 
 impl CharacterCapture<'_, '_> {
@@ -44,7 +39,6 @@ impl CharacterCapture<'_, '_> {
     /// [`CharacterCaptureError`].
     pub fn pose(&self, character: Entity) -> Result<Vec<JointPose>, CharacterCaptureError> {
         let (of, joints) = self.characters.get(character).map_err(|_| CharacterCaptureError::NoCharacter(character))?;
-        let asset = self.assets.get(&of.0).ok_or(CharacterCaptureError::NoFile(character))?;
         let pose = |(number, rest): (usize, JointPose)| {
             let transform = joints.get(number).and_then(|joint| self.joints.get(joint).ok());
             transform.map_or(rest, |transform| JointPose {
@@ -53,7 +47,7 @@ impl CharacterCapture<'_, '_> {
                 scale: transform.scale.truncate().as_dvec2(),
             })
         };
-        Ok(asset.character().rest_poses().into_iter().enumerate().map(pose).collect())
+        Ok(of.prepared.character.rest_poses().into_iter().enumerate().map(pose).collect())
     }
 
     /// The character of the file with the pose as a clip of some name, in which nothing moves; it takes the place of one that has the name.
@@ -63,8 +57,8 @@ impl CharacterCapture<'_, '_> {
     pub fn with_pose(&self, character: Entity, clip: &str) -> Result<Character, CharacterCaptureError> {
         let pose = self.pose(character)?;
         let (of, _) = self.characters.get(character).map_err(|_| CharacterCaptureError::NoCharacter(character))?;
-        let asset = self.assets.get(&of.0).ok_or(CharacterCaptureError::NoFile(character))?;
-        let mut taken = Character::clone(asset.character());
+        // That of which it was made: the file may have changed since.
+        let mut taken = Character::clone(&of.prepared.character);
         let mut tracks = Vec::new();
         for (joint, now) in pose.iter().enumerate() {
             let rest = taken.rest_pose(joint);

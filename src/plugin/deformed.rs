@@ -77,7 +77,8 @@ impl DeformedSurface {
         place(0) + place(1) + place(2)
     }
 
-    /// The unit normal of a point's face in the world, towards the side from which its corners run counter-clockwise as the mesh has them.
+    /// The unit normal of a point's face in the world, towards the side from which its corners run counter-clockwise as the surface has them, which turns faces over that disagree with their
+    /// neighbours.
     pub fn normal(&self, point: &SurfacePoint) -> Vec3 {
         self.with_posed(|posed| posed.normal(point)).as_vec3()
     }
@@ -92,7 +93,8 @@ impl DeformedSurface {
         self.with_posed(|posed| posed.closest_point(position.as_dvec3()))
     }
 
-    /// Shows the posed surface, made anew if something has moved since it was shown last.
+    /// Shows the posed surface, made anew if something has moved since it was shown last. `show` must not ask this same component anything: what it is
+    /// given answers all of that.
     pub fn with_posed<T>(&self, show: impl FnOnce(&PosedSurface) -> T) -> T {
         // A panic elsewhere leaves a pose that is fitted anew.
         let mut posed = self.posed.lock().unwrap_or_else(|poisoned| {
@@ -215,6 +217,10 @@ fn read_rigs(
         commands.entity(entity).try_remove::<DeformedSurface>();
     }
     for ((entity, mesh, built, deformed), (skin, morphs)) in &surfaces {
+        if built.is_changed() {
+            // The mesh may have come before the surface that was built of it.
+            refused.retain(|(of, _)| *of != entity);
+        }
         let known = deformed.is_some_and(|deformed| deformed.rig.mesh == mesh.id());
         if (known && !built.is_changed()) || refused.contains(&(entity, mesh.id())) {
             continue;

@@ -65,6 +65,7 @@ pub(super) fn lay_paths(
 ) {
     for (entity, on, placement, paths, mut made, mut transform, state) in &mut laid {
         let mut state = state;
+        let before = state.as_deref().filter(|state| matches!(state, LaidState::Failed { .. })).cloned();
         let mut set = |next: LaidState| match &mut state {
             Some(state) => drop(state.set_if_neq(next)),
             None => drop(commands.entity(entity).try_insert(next)),
@@ -86,8 +87,11 @@ pub(super) fn lay_paths(
             Ok(map) => map,
             Err(error) => {
                 let reason = error.to_string();
-                warn!("the paths {entity} cannot be laid onto their surface: {reason}");
-                set(LaidState::Failed { reason });
+                let next = LaidState::Failed { reason: reason.clone() };
+                if before.as_ref() != Some(&next) {
+                    warn!("the paths {entity} cannot be laid onto their surface: {reason}");
+                }
+                set(next);
                 continue;
             }
         };
@@ -220,6 +224,33 @@ impl Lattice {
                 (a.lerp(b, share.x).lerp(c.lerp(d, share.x), share.y).as_vec3().to_array(), false)
             }));
         });
+    }
+}
+
+/// Lets what is laid go along with its surface in the same frame, whatever carries it.
+pub(super) fn follow_moving_surfaces(
+    mut laid: Query<(&OnSurface, &mut GlobalTransform), (With<BezierPaths>, With<Placement>, Without<BuiltSurface>)>,
+    surfaces: Query<&GlobalTransform, With<BuiltSurface>>,
+) {
+    for (on, mut own) in &mut laid {
+        if let Ok(place) = surfaces.get(on.0) {
+            own.set_if_neq(*place);
+        }
+    }
+}
+
+/// Paths that are laid no more lie in their plane again.
+pub(super) fn leave_surface(
+    removed: On<Remove, Placement>,
+    mut commands: Commands,
+    mut laid: Query<(&mut BezierPaths, &mut PathMesh)>,
+) {
+    if let Ok((mut paths, mut made)) = laid.get_mut(removed.entity) {
+        made.forget();
+        paths.set_changed();
+    }
+    if let Ok(mut entity) = commands.get_entity(removed.entity) {
+        entity.try_remove::<LaidState>();
     }
 }
 

@@ -94,6 +94,11 @@ pub(super) struct Laid {
 }
 
 impl PathMesh {
+    /// Makes it forget where it lies, so that all is made again.
+    pub(super) fn forget(&mut self) {
+        (self.picture, self.laid) = (None, Laid::default());
+    }
+
     pub(super) fn triangles(&self) -> &PictureMesh {
         &self.triangles
     }
@@ -131,6 +136,8 @@ impl Plugin for PathPlugin {
             .init_resource::<Workspaces<Tessellator>>()
             .init_resource::<Workspaces<PlaneWalk>>()
             .add_observer(laid_paths::follow_changed_surface)
+            .add_observer(laid_paths::leave_surface)
+            .add_observer(drop_paths)
             .add_systems(
                 PostUpdate,
                 (tessellate_paths, laid_paths::lay_paths)
@@ -140,6 +147,12 @@ impl Plugin for PathPlugin {
                     .before(VisibilitySystems::CalculateBounds)
                     .run_if(resource_exists::<Assets<Mesh>>),
             );
+        app.add_systems(
+            PostUpdate,
+            laid_paths::follow_moving_surfaces
+                .after(TransformSystems::Propagate)
+                .before(VisibilitySystems::CheckVisibility),
+        );
         #[cfg(feature = "render")]
         material::build(app);
     }
@@ -178,7 +191,9 @@ fn tessellate_paths(
         count += 1;
         let handle = made.own_mesh(&mut meshes);
         if shown.is_none_or(|shown| shown.0 != handle) {
-            commands.entity(entity).try_insert((Mesh3d(handle.clone()), Aabb::default(), NoAutoAabb));
+            let mut shown = commands.entity(entity);
+            // Bounds that a clone brought are set below, before this is carried out.
+            shown.try_insert((Mesh3d(handle.clone()), NoAutoAabb)).try_insert_if_new(Aabb::default());
         }
         if !is_laid && let Some(mut mesh) = meshes.get_mut(&handle) {
             lend(&mut mesh, &mut made.triangles);
@@ -218,6 +233,13 @@ fn tessellate_paths(
         now.milliseconds = begin.elapsed().as_secs_f64() * 1e3;
     }
     statistics.set_if_neq(now);
+}
+
+/// Takes what was shown from an entity that has no paths any more.
+fn drop_paths(removed: On<Remove, BezierPaths>, mut commands: Commands) {
+    if let Ok(mut entity) = commands.get_entity(removed.entity) {
+        entity.try_remove::<(PathMesh, Mesh3d, Aabb, NoAutoAabb, LaidState)>();
+    }
 }
 
 /// Bounds for culling.

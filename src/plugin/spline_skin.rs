@@ -95,8 +95,16 @@ impl Plugin for SkinPlugin {
         super::character_systems::configure(app);
         app.register_type::<SplineSkin>()
             .register_type::<SkinState>()
+            .add_observer(drop_skin)
             .add_systems(PostUpdate, skin_binding::bind_skins.in_set(CharacterSystems::Spawn))
             .add_systems(PostUpdate, pose_skins.in_set(CharacterSystems::Pose));
+    }
+}
+
+/// Takes what was known of a skin from an entity that has none any more.
+fn drop_skin(removed: On<Remove, SplineSkin>, mut commands: Commands) {
+    if let Ok(mut entity) = commands.get_entity(removed.entity) {
+        entity.try_remove::<(SkinPose, SkinState, skin_binding::BindTask)>();
     }
 }
 
@@ -108,7 +116,7 @@ fn pose_skins(mut skins: Query<(Entity, &SplineSkin, &SkinBinding, &mut SkinPose
             continue;
         }
         let pose = &mut *pose;
-        if pose.binding.as_ref().is_none_or(|known| !known.is_same(binding)) {
+        if paths.is_added() || pose.binding.as_ref().is_none_or(|known| !known.is_same(binding)) {
             pose.binding = Some(binding.clone());
             pose.transforms.clear();
         }

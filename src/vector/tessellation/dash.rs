@@ -17,8 +17,9 @@ const MOST: f64 = 4096.0;
 pub(super) fn dashes(lengths: &[Vec<f64>], pattern: &[f64], offset: f64) -> Option<Vec<Vec<Part>>> {
     let period: f64 = pattern.iter().sum::<f64>() * if pattern.len() % 2 == 1 { 2.0 } else { 1.0 };
     let total: f64 = lengths.iter().filter_map(|of| of.last()).sum();
-    let fine = pattern.iter().all(|length| *length >= 0.0) && period > 0.0 && total.is_finite() && offset.is_finite();
-    if !fine || total / period * pattern.len() as f64 > MOST {
+    let fine = pattern.iter().all(|length| *length >= 0.0) && period > 0.0;
+    let finite = period.is_finite() && total.is_finite() && offset.is_finite();
+    if !fine || !finite || total / period * pattern.len() as f64 > MOST {
         return None;
     }
     let wanted = |number: usize| pattern[number % pattern.len()];
@@ -98,5 +99,7 @@ mod tests {
         for pattern in [&[][..], &[0.0], &[-1.0, 2.0], &[1e-6], &[f64::NAN], &[f64::INFINITY]] {
             assert!(dashes(&two(), pattern, 0.0).is_none_or(|dashes| dashes.len() <= 1), "{pattern:?}");
         }
+        // Each length is finite, and their sum is not.
+        assert_eq!(dashes(&two(), &[1e308, 1e308], -1.0), None);
     }
 }

@@ -12,6 +12,9 @@ use super::picture::{Pen, PictureShape, point as cubic_point};
 use super::shade::Shade;
 use crate::vector::{LineCap, LineJoin};
 
+/// A stroke is as wide as this at most, magnified: far wider than the picture, and not so wide that its corners take vertices without end.
+const WIDEST: f32 = 1e4;
+
 /// The triangles of a stroke.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Line {
@@ -68,7 +71,7 @@ impl Line {
             LineJoin::Bevel => lyon_tessellation::LineJoin::Bevel,
         };
         let options = StrokeOptions::default()
-            .with_line_width(pen.width * picture.magnified)
+            .with_line_width((pen.width * picture.magnified).min(WIDEST))
             .with_tolerance(picture.tolerance * picture.magnified)
             .with_line_cap(cap)
             .with_line_join(join)

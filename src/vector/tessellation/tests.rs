@@ -390,3 +390,14 @@ fn nothing_that_is_fed_in_panics() {
     let empty = Picture::default();
     assert_eq!(made(&empty, &empty.points()).bounds(), None);
 }
+
+#[test]
+fn strokes_that_are_far_too_wide_stay_small_in_memory() {
+    for width in [1e7, 1e30, f64::MAX] {
+        let style = stroked(width, LineCap::Round, LineJoin::Round, &[]);
+        let picture = picture(&[circle(DVec2::ZERO, 50.0, false)], &style);
+        let mesh = made(&picture, &picture.points());
+        assert!(mesh.positions.len() < 100_000, "{width}: {} vertices", mesh.positions.len());
+        assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{width}");
+    }
+}

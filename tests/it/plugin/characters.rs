@@ -435,6 +435,11 @@ fn a_world_with_characters_survives_saving_loading_and_cloning() {
     check_pose(&other, twin, "wave");
     assert!(seek(&other, twin) > 0.2, "it goes on where it was");
 
+    // A clone that goes before it has joints of its own leaves those of the other alone.
+    let brief = app.world_mut().entity_mut(doll).clone_and_spawn();
+    app.world_mut().despawn(brief);
+    app.update();
+    assert!(joints(&app, doll).iter().all(|joint| app.world().get_entity(*joint).is_ok()));
     // A clone with what is below it, and one without.
     let whole = app.world_mut().entity_mut(doll).clone_and_spawn_with_opt_out(|builder| {
         builder.linked_cloning(true);

@@ -83,8 +83,16 @@ fn a_character_walks_on_a_sphere() {
     // It follows its surface about.
     app.world_mut().get_mut::<Transform>(sphere).expect("a place").translation = Vec3::new(1.0, 2.0, 3.0);
     app.update();
-    app.update();
-    assert_eq!(app.world().get::<Transform>(doll).expect("a place").translation, Vec3::new(1.0, 2.0, 3.0));
+    // In the same frame, also where something else carries it.
+    let there = |app: &App| app.world().get::<GlobalTransform>(doll).expect("a place").translation();
+    assert_eq!(there(&app), Vec3::new(1.0, 2.0, 3.0));
+    let carrier = app.world_mut().spawn((Transform::from_xyz(50.0, 0.0, 0.0), Visibility::default())).id();
+    app.world_mut().entity_mut(doll).insert(ChildOf(carrier));
+    for _ in 0..3 {
+        app.update();
+        assert_eq!(there(&app), Vec3::new(1.0, 2.0, 3.0));
+    }
+    app.world_mut().entity_mut(doll).remove::<ChildOf>();
     assert!(place_is_kept(&mut app, doll, sphere));
 }
 
@@ -151,6 +159,12 @@ fn what_leaves_a_surface_is_cut_and_said_so() {
     app.world_mut().get_mut::<Placement>(cut).expect("a place").up = Vec3::X;
     app.update();
     assert!(matches!(app.world().get::<LaidState>(cut), Some(LaidState::Ready { .. })));
+    // Taken off the surface, it is what was drawn.
+    app.world_mut().entity_mut(cut).remove::<Placement>();
+    app.update();
+    assert_eq!(app.world().get::<LaidState>(cut), None);
+    assert!(area(&app, cut).distance(Vec2::splat(2.0)) < 1e-5 && triangles(&app, cut) == full);
+    assert!(positions(&app, cut).iter().all(|p| p.z == 0.0));
 }
 
 fn high_x(app: &App, sheet: Entity) -> f64 {

@@ -115,11 +115,21 @@ fn clones_have_meshes_of_their_own() {
     let handle = |app: &App, entity| app.world().get::<Mesh3d>(entity).expect("a mesh").0.clone();
     assert_ne!(handle(&app, entity), handle(&app, clone));
     assert_eq!(positions(&app, entity), positions(&app, clone));
+    let bounds = |app: &App, entity| *app.world().get::<Aabb>(entity).expect("bounds");
+    assert_eq!(bounds(&app, clone), bounds(&app, entity));
     let mut paths = app.world_mut().get_mut::<BezierPaths>(clone).expect("paths");
     assert!(paths.set_points(0, [Vec3::new(9.0, 9.0, 0.0)]));
     app.update();
     assert_ne!(positions(&app, entity), positions(&app, clone));
     assert_eq!((moves(&app, entity)[0], moves(&app, clone)[0]), (0, 1));
+    // Without paths nothing is left, and new ones are shown.
+    app.world_mut().entity_mut(clone).remove::<BezierPaths>();
+    app.update();
+    assert!(!app.world().entity(clone).contains::<Mesh3d>());
+    app.world_mut().entity_mut(clone).insert(BezierPaths::new(row()));
+    app.update();
+    assert_eq!(positions(&app, entity), positions(&app, clone));
+    assert_eq!(bounds(&app, clone), bounds(&app, entity));
 }
 
 /// A row of discs on three joints, bound in the background.

@@ -20,10 +20,10 @@ const RINGS: u16 = 25;
 const ROUND: u16 = 17;
 
 /// An arm along x with three joints, its vertices bound to the two nearest.
-fn arm() -> Mesh {
+fn arm(rings: u16) -> Mesh {
     let (mut positions, mut joints, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-    for i in 0..RINGS {
-        let x = 4.0 * f32::from(i) / f32::from(RINGS - 1);
+    for i in 0..rings {
+        let x = 4.0 * f32::from(i) / f32::from(rings - 1);
         for k in 0..ROUND {
             let (sin, cos) = (std::f32::consts::TAU * f32::from(k % (ROUND - 1)) / f32::from(ROUND - 1)).sin_cos();
             positions.push([x, 0.5 * cos, 0.5 * sin]);
@@ -34,7 +34,7 @@ fn arm() -> Mesh {
         }
     }
     let mut indices = Vec::new();
-    for i in 0..RINGS - 1 {
+    for i in 0..rings - 1 {
         for k in 0..ROUND - 1 {
             let [a, b] = [i, i + 1].map(|ring| ring * ROUND + k);
             indices.extend([a, b, a + 1, a + 1, b, b + 1]);
@@ -63,7 +63,7 @@ impl Arm {
         let joints: Vec<Entity> = rests.iter().map(|rest| world.spawn(*rest).id()).collect();
         let inverse: Vec<Mat4> = rests.iter().map(|rest| rest.to_matrix().inverse()).collect();
         let inverse_bindposes = world.resource_mut::<Assets<SkinnedMeshInverseBindposes>>().add(inverse);
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(arm());
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(arm(RINGS));
         let skin = SkinnedMesh { inverse_bindposes, joints: joints.clone() };
         // The transform of a skinned mesh counts for nothing, and may be anything.
         let elsewhere = Transform::from_xyz(7.0, 8.0, 9.0).with_scale(Vec3::new(1.0, 2.0, 3.0));
@@ -322,4 +322,23 @@ fn a_skin_comes_and_goes() {
     arm.app.update();
     let world = arm.app.world();
     assert!(world.get::<DeformedSurface>(surface).is_none() && world.get::<RidingCurve>(arm.spline).is_none());
+}
+
+#[test]
+fn another_mesh_is_ridden_on_once_its_surface_is_there() {
+    let (mut arm_now, mut random) = (Arm::new(), Random(6));
+    arm_now.bend(&mut random);
+    let surface = arm_now.surface;
+    for rings in [13, 40] {
+        let other = arm_now.app.world_mut().resource_mut::<Assets<Mesh>>().add(arm(rings));
+        arm_now.app.world_mut().entity_mut(surface).insert(Mesh3d(other));
+        let faces = 2 * usize::from(ROUND - 1) * usize::from(rings - 1);
+        let is_there = |world: &mut World| {
+            let faces_now = world.get::<BuiltSurface>(surface).map(|built| built.face_count());
+            faces_now == Some(faces) && world.get::<DeformedSurface>(surface).is_some()
+        };
+        assert!(update_until(&mut arm_now.app, is_there), "{rings} rings");
+    }
+    arm_now.bend(&mut random);
+    assert!(arm_now.riding().positions().iter().all(|p| p.is_finite()));
 }
