@@ -1,5 +1,7 @@
 //! Tests that use several parts at once, in one binary.
 
+#[cfg(feature = "document")]
+mod broken_child;
 #[cfg(all(feature = "svg", feature = "document"))]
 mod characters;
 #[cfg(feature = "formats")]

@@ -1,7 +1,6 @@
 //! Broken documents load or are refused; what loads can be traced in bounded time and memory.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use bevy_surface_splines::curve::{Spline, TraceWorkspace};
@@ -11,6 +10,7 @@ use cpu_time::ProcessTime;
 
 use super::{build, everything, mesh, restore};
 use crate::Random;
+use crate::broken_child::break_in_a_child;
 
 /// Tells the test that it is the child process, and how many mutations it is to make.
 const CHILD: &str = "SURFACE_SPLINES_MUTATIONS";
@@ -20,22 +20,7 @@ const MEMORY_LIMIT_KIB: u64 = 256 * 1024;
 
 #[test]
 fn broken_documents_load_or_are_refused() {
-    let optimised = !cfg!(debug_assertions);
-    let mutations = std::env::var("SURFACE_SPLINES_ROUNDS").ok().and_then(|text| text.parse().ok());
-    let mutations: u32 = mutations.unwrap_or(if optimised { 10_000 } else { 2_500 });
-    if mutations < 10_000 {
-        println!("{mutations} mutations; 10,000 in a release build");
-    }
-    // The address space is limited so that a runaway stops, the memory that was held is what counts.
-    let mut command = Command::new("sh");
-    command.args(["-c", "ulimit -v 2097152; exec \"$0\" \"$@\""]).arg(std::env::current_exe().unwrap());
-    command.args(["--exact", "documents::broken::child_breaks_documents", "--nocapture", "--test-threads=1"]);
-    let output = command.env(CHILD, mutations.to_string()).stderr(Stdio::piped()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    println!("{said}");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let peak = said.lines().find_map(|line| line.strip_prefix("peak KiB: ")).and_then(|n| n.parse::<u64>().ok());
-    assert!(peak.is_some_and(|peak| peak < MEMORY_LIMIT_KIB), "{peak:?} KiB");
+    break_in_a_child("documents::broken::child_breaks_documents", CHILD, MEMORY_LIMIT_KIB);
 }
 
 /// Not a test of its own: what the child process runs.

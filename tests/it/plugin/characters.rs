@@ -6,14 +6,12 @@ use std::time::Duration;
 
 use bevy::asset::io::memory::{Dir, MemoryAssetReader};
 use bevy::asset::io::{AssetSourceBuilder, AssetSourceEvent, AssetSourceId, AssetWatcher};
-use bevy::camera::visibility::VisibilityClass;
 use bevy::ecs::entity::EntityHashMap;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use bevy::world_serialization::serde::WorldDeserializer;
-use bevy::world_serialization::{DynamicWorld, DynamicWorldBuilder};
 use bevy_surface_splines::character::{BindProgress, BoundCharacter, Character, JointPose};
 use bevy_surface_splines::plugin::testing::{unfinished_headless_app_from, update_until};
 use bevy_surface_splines::plugin::{
@@ -390,17 +388,6 @@ fn other_files_and_lost_joints() {
     check_pose(&app, doll, "wave");
 }
 
-fn saved(app: &App, entities: impl IntoIterator<Item = Entity>) -> String {
-    let registry = app.world().resource::<AppTypeRegistry>().read();
-    let world: DynamicWorld = DynamicWorldBuilder::from_world(app.world(), &registry)
-        .allow_all_components()
-        .deny_component::<Mesh3d>()
-        .deny_component::<VisibilityClass>() // Bevy cannot serialise it
-        .extract_entities(entities.into_iter())
-        .build();
-    world.serialize(&registry).expect("serialises")
-}
-
 #[test]
 fn a_world_with_characters_survives_saving_loading_and_cloning() {
     let (mut app, _) = app_playing();
@@ -411,7 +398,7 @@ fn a_world_with_characters_survives_saving_loading_and_cloning() {
         .collect();
     assert_eq!(everything.len(), 5);
     let doll = everything.iter().copied().find(|e| app.world().get::<BezierCharacter>(*e).is_some()).expect("a doll");
-    let text = saved(&app, everything);
+    let text = super::worlds::saved(&app, everything);
     let (mut other, _) = super::characters::app();
     other.world_mut().spawn_empty(); // so that entities cannot keep their numbers
     let mut map = EntityHashMap::default();

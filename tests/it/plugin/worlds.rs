@@ -15,7 +15,7 @@ use serde::de::DeserializeSeed;
 use super::{app_with_camera, spawn_spline, spawn_surface};
 
 /// Everything that a world with surfaces and splines is made of; meshes are assets, and not saved with it.
-fn saved(app: &App, entities: impl IntoIterator<Item = Entity>) -> String {
+pub(super) fn saved(app: &App, entities: impl IntoIterator<Item = Entity>) -> String {
     let registry = app.world().resource::<AppTypeRegistry>().read();
     let world: DynamicWorld = DynamicWorldBuilder::from_world(app.world(), &registry)
         .allow_all_components()
