@@ -1,4 +1,5 @@
-//! How long does smoothing take? Jagged lines across a rippled torus, by every mode, and a slider that is moved.
+//! How long does smoothing take? Jagged lines across a rippled torus, by every mode, and a slider that is
+//! moved: there, around a sphere, and over its poles, where faces are slivers.
 //!
 //! CPU time, the median of a few runs. `--quick` for fewer.
 
@@ -7,7 +8,7 @@ mod common;
 use bevy_surface_splines::{
     curve::DrawnLine,
     smooth::{LiveSmoothing, SmoothWorkspace, Smoothed, Smoothing, SmoothingMode, SurfacePolyline, smooth_into},
-    surface::{Surface, SurfaceOptions},
+    surface::{Surface, SurfaceOptions, shapes},
 };
 use common::{
     arguments::Arguments,
@@ -17,6 +18,7 @@ use common::{
     table::{self, Table},
 };
 use glam::DVec3;
+use std::f64::consts::{PI, TAU};
 
 const SEED: u64 = 7;
 
@@ -79,7 +81,15 @@ fn main() {
             ]);
         }
     }
-    slider(&surface, &mut workspace, if arguments.quick { 20 } else { 120 });
+    let frames = if arguments.quick { 20 } else { 120 };
+    // What leads there and back is left out: two thousand crossings stay.
+    let line = trembling(&surface, &mut workspace, 2_460);
+    slider("around a torus", &surface, line, frames);
+    let sphere = uv_sphere();
+    for (name, poles) in [("around a sphere", false), ("over its poles", true)] {
+        let line = ring(&sphere, &mut workspace, poles, 2_000);
+        slider(name, &sphere, line, frames);
+    }
 }
 
 fn number(mode: &SmoothingMode) -> String {
@@ -93,9 +103,36 @@ fn number(mode: &SmoothingMode) -> String {
     }
 }
 
+/// A unit sphere of 380 × 190 quads, at its poles slivers.
+fn uv_sphere() -> Surface {
+    let ring = |j: u32| (f64::from(j) * PI / 190.0).sin_cos();
+    let profile: Vec<_> = (0..=190).map(ring).map(|(r, z)| (if r < 1e-9 { 0.0 } else { r }, -z)).collect();
+    Surface::build(&shapes::revolution(&profile, 380), &SurfaceOptions::default())
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A closed line around a sphere, or over its poles, that trembles by some edges, of about so many crossings.
+fn ring(sphere: &Surface, workspace: &mut SmoothWorkspace, poles: bool, crossings: usize) -> SurfacePolyline {
+    let mut random = SplitMix64::new(SEED);
+    let mut drawn = |tremor: f64| {
+        let points: Vec<_> = (0..500)
+            .filter_map(|k| {
+                let a = TAU * f64::from(k) / 500.0;
+                let off = 0.3 * (2.0 * a).sin() + tremor * (2.0 * random.unit() - 1.0);
+                let p = if poles { DVec3::new(a.cos(), off, a.sin()) } else { DVec3::new(a.cos(), a.sin(), off) };
+                Some(sphere.closest_point(p)?.point)
+            })
+            .collect();
+        let line = SurfacePolyline::through(sphere, &mut workspace.finder, &points, true);
+        line.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let tremors = (10..60).map(|k| 0.002 * f64::from(k));
+    let long = tremors.map(&mut drawn).find(|line| line.crossings().len() >= crossings);
+    long.unwrap_or_else(|| panic!("no line of {crossings} crossings"))
+}
+
 /// Closeness from nearly straight to nearly what was drawn, a step a frame.
-fn slider(surface: &Surface, workspace: &mut SmoothWorkspace, frames: u32) {
-    let line = trembling(surface, workspace, 2_000);
+fn slider(name: &str, surface: &Surface, line: SurfacePolyline, frames: u32) {
     let crossings = line.crossings().len();
     let mut live = LiveSmoothing::new(surface, line, Smoothing::default()).unwrap_or_else(|error| panic!("{error}"));
     let mut times = Vec::new();
@@ -108,7 +145,7 @@ fn slider(surface: &Surface, workspace: &mut SmoothWorkspace, frames: u32) {
     let times = Times::new(times);
     let of = |share: f64| times.quantile(share).unwrap_or(0.0);
     println!(
-        "\nA slider over {crossings} crossings, {frames} places from closeness 0.1 to 1,000: median {:.2}, 90 % {:.2}, max {:.2} ms.",
+        "\nA slider over {crossings} crossings {name}, {frames} places from closeness 0.1 to 1,000: median {:.2}, 90 % {:.2}, max {:.2} ms.",
         of(0.5),
         of(0.9),
         of(1.0)

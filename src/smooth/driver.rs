@@ -248,7 +248,7 @@ impl<'a, 'w> Smoother<'a, 'w> {
             is_short: false,
         };
         if tether.is_some() {
-            engine.judge(surface, given, smoothing.roughness, smoothing.range.as_ref());
+            engine.judge(surface, given, self.mean, smoothing.roughness, smoothing.range.as_ref());
             engine.fix_smooth(strip);
             if let Some(range) = &smoothing.range {
                 engine.fix_outside(strip, range);

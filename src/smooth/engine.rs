@@ -12,6 +12,7 @@ use super::{
     plain::Sweeper,
     profile::Profile,
     progress::Watch,
+    roughness::Turn,
     shortcuts::Shortcuts,
     solve::Solver,
     strip::Strip,
@@ -141,7 +142,7 @@ pub(crate) struct Engine {
     pub(crate) shortcuts: Shortcuts,
     ends: Vec<[bool; 2]>,
     pieces: Vec<[f64; 2]>,
-    pub(crate) turns: Vec<(usize, f64)>,
+    pub(crate) turns: Vec<Turn>,
     pub(crate) fros: Vec<f64>,
     kept: Strip,
     /// Which crossings are solved for.

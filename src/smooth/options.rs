@@ -99,7 +99,7 @@ pub enum Iteration {
 /// How a line is smoothed.
 ///
 /// The default suits lines drawn by hand: tethered with closeness 10, what is smooth already stays. On jagged lines that closeness leaves less than a
-/// thousandth of the squared curvature, a mean edge and a quarter from where they were drawn; 100 leaves twenty times as much, three quarters as far
+/// thousandth of the squared curvature, a mean edge and a quarter from where they were drawn; 100 leaves thirty times as much, three quarters as far
 /// (the example `smoothing_report` measures it).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
@@ -110,7 +110,9 @@ pub struct Smoothing {
     /// The length that distances are compared with, in local units; none: ten mean edges.
     pub reach: Option<f64>,
     /// A tethered line counts as rough where its nearest turns point to and fro by more than this (radians in all); where it is smoother it
-    /// stays where it is, the more the smoother it is: curves, and corners between straight stretches too. 0 tethers all of it alike.
+    /// stays where it is, the more the smoother it is: curves, and corners between straight stretches too. Corners of a radian or more, six
+    /// mean edges apart at most, count as to and fro to whatever side they turn, and what is smooth over less than twelve mean edges beside
+    /// what is rough is smoothed with it. 0 tethers all of it alike.
     pub roughness: f64,
     /// How far it may go.
     pub envelope: Option<Envelope>,

@@ -26,6 +26,10 @@ const LONGEST: f64 = 5.0;
 /// Passes by stretches of one length, at least and at most: as long as so large a share of them is worth it.
 const PASSES: [u32; 2] = [2, 6];
 const WORTH: f64 = 0.4;
+/// From stretches of this length on, in mean edges: where a smaller share of them is worth it in the first pass, no more and no longer ones are
+/// tried.
+const LONG: f64 = 32.0;
+const FEW: f64 = 0.15;
 /// Stretches that a closed line has at least.
 const FEWEST: f64 = 6.0;
 /// Stretches end at crossings this far from the ends of their sides, as a share of these.
@@ -97,7 +101,11 @@ impl Engine {
                 if watch.stops(&Done::default(), || length) {
                     return;
                 }
-                let is_worth_it = taken.taken as f64 >= WORTH * taken.tried as f64 && taken.taken > 0;
+                let share = taken.taken as f64 / taken.tried.max(1) as f64;
+                if pass == 0 && long >= LONG * plan.mean && taken.tried > 0 && share < FEW {
+                    return;
+                }
+                let is_worth_it = share >= WORTH;
                 if pass + 1 >= PASSES[0] && !is_worth_it {
                     break;
                 }

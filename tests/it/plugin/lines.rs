@@ -463,7 +463,7 @@ fn places_along_a_line_are_on_it() {
     }
 }
 
-/// The slider is moved in each of sixty updates, and each has a sixtieth of a second.
+/// The slider is moved in each of sixty updates, and each has a sixtieth of a second. The line runs over both poles, where triangles are slivers.
 #[test]
 fn a_slider_over_two_thousand_crossings_is_live() {
     if cfg!(debug_assertions) && std::env::var_os("MEASURE").is_none() {
