@@ -190,10 +190,7 @@ impl Engine {
         loop {
             if strip.closed {
                 self.layout.build(surface, &mut self.metric, strip);
-                let layout = &self.layout;
-                let lengths =
-                    |s: &Strip, i: usize| near / layout.lengths[i].max(f64::MIN_POSITIVE) >= s.at[i].min(1.0 - s.at[i]);
-                let _ = strip.seam_off_vertices(lengths);
+                self.move_seam(surface, strip, near, raised || seams > 0);
             }
             if strip.closed && (strip.len() < 3 || self.is_point(surface, strip, plan.mean)) {
                 done.collapsed = true;

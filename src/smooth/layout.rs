@@ -127,6 +127,15 @@ impl Layout {
         }
     }
 
+    /// Lets a closed line begin with crossing `first`, as its strip does.
+    pub(crate) fn rotate(&mut self, first: usize) {
+        self.legs.rotate_left(first);
+        self.lengths.rotate_left(first);
+        self.rights.rotate_left(first);
+        self.extents.rotate_left(first);
+        self.sides.rotate_left(first);
+    }
+
     /// The leg after crossing `i`.
     #[inline]
     pub(crate) fn after(&self, i: usize) -> usize {

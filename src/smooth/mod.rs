@@ -46,6 +46,7 @@ mod progress;
 mod range;
 mod region;
 mod roughness;
+mod seam;
 mod shortcuts;
 mod smoothing;
 mod solve;

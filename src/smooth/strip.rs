@@ -265,12 +265,18 @@ impl Strip {
         if !self.closed || n == 0 {
             return 0;
         }
-        let free = |strip: &Self, i: usize| !touches(strip, i) && !touches(strip, (i + n - 1) % n);
-        let first = (0..n).find(|i| free(self, *i)).or_else(|| (0..n).find(|i| !touches(self, *i))).unwrap_or(0);
+        let free = |i: &usize| self.is_seam_free(*i, &touches);
+        let first = (0..n).find(free).or_else(|| (0..n).find(|i| !touches(self, *i))).unwrap_or(0);
         if first > 0 {
             self.rotate(first);
         }
         first
+    }
+
+    /// Of a closed line: whether no run reaches over a seam before crossing `i`.
+    pub(crate) fn is_seam_free(&self, i: usize, touches: impl Fn(&Self, usize) -> bool) -> bool {
+        let n = self.len();
+        !touches(self, i) && !touches(self, (i + n - 1) % n)
     }
 
     /// Of a closed line: moves the seam to where the line is at no vertex, if there is such a place, so that what bends at a

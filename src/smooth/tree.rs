@@ -17,6 +17,18 @@ pub(crate) struct Near {
     pub(crate) at_end: bool,
 }
 
+/// The nearest place as long as it is looked for.
+#[derive(Clone, Copy, Debug)]
+struct Best {
+    squared: f64,
+    share: f64,
+    stretch: usize,
+}
+
+impl Best {
+    const NONE: Self = Self { squared: f64::INFINITY, share: 0.0, stretch: usize::MAX };
+}
+
 /// A stretch of a line.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
@@ -90,36 +102,48 @@ impl LineTree {
 
     /// The nearest place on some stretches.
     #[inline]
-    fn on(&self, p: DVec3, first: usize, end: usize, best: &mut Option<(f64, Near)>) {
+    fn on(&self, p: DVec3, first: usize, end: usize, best: &mut Best) {
         let Some(stretches) = self.stretches.get(first..end) else { return };
         for (k, Stretch { from, way, inverse }) in (first..).zip(stretches) {
             let share = ((p - *from).dot(*way) * inverse).clamp(0.0, 1.0);
-            let place = *from + share * *way;
-            let squared = p.distance_squared(place);
-            if best.is_none_or(|(least, _)| squared < least) {
-                *best =
-                    Some((squared, Near { distance: 0.0, place, stretch: k, at_end: share <= 0.0 || share >= 1.0 }));
+            let squared = p.distance_squared(*from + share * *way);
+            if squared < best.squared {
+                *best = Best { squared, share, stretch: k };
             }
         }
     }
 
+    /// What was found, if anything.
+    #[inline]
+    fn found(&self, best: &Best) -> Option<Near> {
+        let Stretch { from, way, .. } = self.stretches.get(best.stretch)?;
+        Some(Near {
+            distance: 0.0,
+            place: *from + best.share * *way,
+            stretch: best.stretch,
+            at_end: best.share <= 0.0 || best.share >= 1.0,
+        })
+    }
+
     /// The nearest place near a stretch that was nearest before, its distance left out: right for small moves.
+    #[inline]
     pub(crate) fn near(&self, p: DVec3, stretch: usize) -> Option<Near> {
-        let mut best = None;
+        let mut best = Best::NONE;
         self.on(p, stretch.saturating_sub(1), (stretch + 2).min(self.stretches()), &mut best);
-        best.map(|(_, near)| near)
+        self.found(&best)
     }
 
     /// The nearest place of one stretch, its distance left out.
+    #[inline]
     pub(crate) fn of(&self, p: DVec3, stretch: usize) -> Option<Near> {
-        let mut best = None;
+        let mut best = Best::NONE;
         self.on(p, stretch, (stretch + 1).min(self.stretches()), &mut best);
-        best.map(|(_, near)| near)
+        self.found(&best)
     }
 
     /// The nearest place; a stretch that may be near saves most of the work: from there the tree is climbed.
     pub(crate) fn nearest(&self, p: DVec3, hint: Option<usize>) -> Option<Near> {
-        let mut best = None;
+        let mut best = Best::NONE;
         match hint.filter(|hint| *hint < self.stretches()) {
             None => self.search(p, 1, &mut best),
             Some(hint) => {
@@ -131,20 +155,19 @@ impl LineTree {
                 }
             }
         }
-        best.map(|(squared, near)| Near { distance: squared.sqrt(), ..near })
+        let near = self.found(&best)?;
+        Some(Near { distance: best.squared.sqrt(), ..near })
     }
 
     #[inline]
-    fn in_leaf(&self, p: DVec3, node: usize, best: &mut Option<(f64, Near)>) {
+    fn in_leaf(&self, p: DVec3, node: usize, best: &mut Best) {
         let first = (node - self.leaves) * LEAF;
         self.on(p, first, (first + LEAF).min(self.stretches()), best);
     }
 
     /// Looks for something nearer below a node.
-    fn search(&self, p: DVec3, node: usize, best: &mut Option<(f64, Near)>) {
-        let is_near = |beyond: f64, best: &Option<(f64, Near)>| {
-            beyond.is_finite() && best.is_none_or(|(least, _)| beyond < least)
-        };
+    fn search(&self, p: DVec3, node: usize, best: &mut Best) {
+        let is_near = |beyond: f64, best: &Best| beyond.is_finite() && beyond < best.squared;
         let beyond = self.boxes.get(node).map_or(f64::INFINITY, |_| self.beyond(p, node));
         if !is_near(beyond, best) {
             return;
@@ -223,9 +246,9 @@ mod tests {
             for _ in 0..200 {
                 let p = 2.0 * point() - 0.5;
                 let found = tree.nearest(p, None).unwrap();
-                let mut all = None;
+                let mut all = Best::NONE;
                 tree.on(p, 0, points.len() - 1, &mut all);
-                let least = all.unwrap().0.sqrt();
+                let least = all.squared.sqrt();
                 assert!((found.distance - least).abs() < 1e-15 && p.distance(found.place) == found.distance);
                 assert!((tree.nearest(p, Some(count / 2)).unwrap().distance - least).abs() < 1e-15);
                 let mut seen = f64::INFINITY;

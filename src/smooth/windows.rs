@@ -10,7 +10,7 @@ use super::{
 };
 
 /// Crossings on either side of new ones that are solved for with them.
-const MARGIN: usize = 6;
+pub(super) const MARGIN: usize = 6;
 /// Steps for all crossings of a window together, before those that are not where they should be are solved for alone.
 const TOGETHER: usize = 2;
 /// Steps of such a part, and how often parts are looked for.
