@@ -501,9 +501,8 @@ fn a_slider_over_two_thousand_crossings_is_live() {
             "{crossings} crossings, {budget:?}: {heard} of 60 results came; an update takes {:.2} ms, at most {:.2} ms",
             times[30], times[59]
         );
-        // Without a limit a frame takes what smoothing takes; with one it must not wait, whatever that is.
-        let is_limited = budget == TraceBudget::default();
-        assert!(heard >= 50 || is_limited, "{heard} results");
-        assert!(times[30] < 16.6 || !is_limited, "{} ms", times[30]);
+        // Without a limit a frame takes what smoothing takes; with one no frame waits for it, and what it is told comes a little later.
+        assert!(heard >= 50, "{heard} results");
+        assert!(times[30] < 16.6, "{} ms", times[30]);
     }
 }
