@@ -59,7 +59,7 @@ impl<'a, 'w> Smoother<'a, 'w> {
             return done;
         }
         self.unfix();
-        self.workspace.strip.seam_off_crossings_at_vertices();
+        self.workspace.strip.seam_off_crossings_at_vertices(self.surface);
         if self.is_rougher() {
             done.add(self.smoother());
         }

@@ -18,7 +18,8 @@ use super::{
     strip::Strip,
     task::{Task, Tether},
     tree::LineTree,
-    windows::solve_window,
+    windows::{merge, solve_window},
+    wish::Wish,
 };
 use glam::DVec3;
 
@@ -179,6 +180,7 @@ impl Engine {
     pub(crate) fn relax(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, watch: &mut Watch<'_>) -> Done {
         let mut done = Done::default();
         self.flipper.counts.clear();
+        self.flipper.changed.clear();
         self.fill_stiffness(plan);
         let near = NEAR * plan.mean;
         // A tether forgives turns that would let a free line drift.
@@ -190,7 +192,7 @@ impl Engine {
         loop {
             if strip.closed {
                 self.layout.build(surface, &mut self.metric, strip);
-                self.move_seam(surface, strip, near, raised || seams > 0);
+                self.move_seam(surface, strip, near, raised, seams > 0);
             }
             if strip.closed && (strip.len() < 3 || self.is_point(surface, strip, plan.mean)) {
                 done.collapsed = true;
@@ -262,8 +264,9 @@ impl Engine {
 
     /// Passes the vertices that press.
     fn pass(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan, near: f64) -> super::flip::Flipped {
-        let Self { metric, layout, solver, flipper, line, wished, windows, .. } = self;
-        let wish = |k: usize| wish(plan, wished, solver, layout, k);
+        let Self { metric, layout, flipper, line, wished, stiffness, ends, windows, .. } = self;
+        let wish = wish(plan, layout, wished, line, stiffness, ends);
+        let wish = |strip: &Strip, k: usize| wish.turn(strip, k);
         let mut allowed = |vertex: u32| match plan.envelope {
             Some(reach) => {
                 line.nearest(surface.positions[vertex as usize], None).is_some_and(|near| near.distance <= reach)
@@ -322,10 +325,19 @@ impl Engine {
             }
             watch.stops_within(moved)
         };
-        for window in windows.iter_mut() {
+        for k in 0..windows.len() {
+            // A window that grew may hold the next ones.
+            if let Some(before) = k.checked_sub(1).map(|k| windows[k].clone())
+                && before.start <= windows[k].start
+                && windows[k].end <= before.end
+            {
+                windows[k] = before;
+                continue;
+            }
             let show = Some(&mut show as &mut dyn FnMut(&[f64], usize) -> bool);
-            steps += solve_window(solver, &mut task, window, parts, &mut at, closed, show);
+            steps += solve_window(solver, &mut task, &mut windows[k], parts, &mut at, closed, show);
         }
+        merge(windows);
         (strip.at, strip.near) = (at, nearest);
         steps
     }
@@ -368,8 +380,9 @@ impl Engine {
         if plan.profile {
             self.profile.wished(strip, &mut self.wished);
         }
-        let Self { metric, layout, solver, flipper, bounds, wished, .. } = self;
-        let wish = |k: usize| wish(plan, wished, solver, layout, k);
+        let Self { metric, layout, flipper, bounds, wished, line, stiffness, ends, .. } = self;
+        let wish = wish(plan, layout, wished, line, stiffness, ends);
+        let wish = |strip: &Strip, k: usize| wish.turn(strip, k);
         let mut i = 0;
         while i < strip.len() {
             let Some(run) = touching(surface, strip, layout, i, near) else {
@@ -399,13 +412,21 @@ impl Engine {
     }
 }
 
-/// By how much a line is to turn at a crossing: as its profile says, and as tether and barrier pull.
-fn wish(plan: &Plan, wished: &[f64], solver: &Solver, layout: &Layout, i: usize) -> f64 {
-    let own = if plan.profile { wished.get(i).copied().unwrap_or(0.0) } else { 0.0 };
-    if plan.tether.is_none() && plan.barrier.is_none() {
-        return own;
+/// What a plan wishes of a strip that is laid flat.
+fn wish<'a>(
+    plan: &Plan,
+    layout: &'a Layout,
+    wished: &'a [f64],
+    line: &'a LineTree,
+    stiffness: &'a [f64],
+    ends: &'a [[bool; 2]],
+) -> Wish<'a> {
+    Wish {
+        layout,
+        turns: if plan.profile { wished } else { &[] },
+        tether: plan.tether.map(|_| (line, stiffness)),
+        barrier: plan.barrier.map(|reach| (reach, ends)),
     }
-    own + 2.0 * (0.5 * solver.pull_over_length(layout, i)).clamp(-1.0, 1.0).asin()
 }
 
 /// A place inside a face, for messages.

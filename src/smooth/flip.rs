@@ -12,6 +12,7 @@ use super::{
     layout::Layout,
     metric::Metric,
     strip::{Run, Strip, other_side},
+    windows::merge,
 };
 use crate::surface::{HalfEdge, Surface};
 
@@ -29,7 +30,7 @@ pub(crate) struct Rule<'a> {
     /// Crossings this near to a vertex, in local units, are at it.
     pub(crate) near: f64,
     /// By how much the line is to turn at a crossing, to the left.
-    pub(crate) wished: &'a dyn Fn(usize) -> f64,
+    pub(crate) wished: &'a dyn Fn(&Strip, usize) -> f64,
     /// Whether a vertex may be passed; the distance envelope may forbid it.
     pub(crate) allowed: &'a mut dyn FnMut(u32) -> bool,
     /// Whether new crossings are placed straight where that is possible, or at the vertex.
@@ -54,7 +55,7 @@ pub(crate) struct Flipper {
     pub(crate) fan: Fan,
     sides: Vec<HalfEdge>,
     next: Strip,
-    /// Which crossings are new after the last flips.
+    /// Which crossings are new after the last flips; in order, and apart.
     pub(crate) changed: Vec<Range<usize>>,
 }
 
@@ -141,8 +142,12 @@ impl Flipper {
             std::mem::swap(strip, &mut self.next);
             strip.trim_ends(surface);
             if strip.sides.first().copied() != first {
+                self.changed.clear();
                 self.changed.push(0..strip.len());
             }
+            // What led there and back took others along.
+            self.changed.iter_mut().for_each(|range| range.end = range.end.min(strip.len()));
+            merge(&mut self.changed);
         }
         Some(flipped)
     }
@@ -202,11 +207,11 @@ impl Flipper {
         metric: &mut Metric,
         strip: &Strip,
         layout: &Layout,
-        wished: &dyn Fn(usize) -> f64,
+        wished: &dyn Fn(&Strip, usize) -> f64,
         touch: &Run,
     ) -> Option<f64> {
         self.fan.unfold(surface, metric, strip, layout, touch);
-        let wished: f64 = (touch.first..=touch.last).map(wished).sum();
+        let wished: f64 = (touch.first..=touch.last).map(|k| wished(strip, k)).sum();
         let towards = if touch.left { wished } else { -wished };
         let presses = !self.fan.radii.contains(&0.0) && self.fan.angle > PI + towards + PRESSING;
         presses.then_some(towards)

@@ -57,6 +57,7 @@ mod taut;
 mod tests;
 mod tree;
 mod windows;
+mod wish;
 
 pub use live::LiveSmoothing;
 pub use metrics::{LineBend, LineMetrics};

@@ -111,7 +111,7 @@ impl Engine {
 
     fn prepare(&mut self, surface: &Surface, strip: &mut Strip, plan: &Plan) {
         if strip.closed {
-            let _ = strip.seam_off_vertices(|s, i| s.at[i] <= CLAMPED || s.at[i] >= 1.0 - CLAMPED);
+            let _ = strip.seam_off_vertices(surface, |_, off| off <= CLAMPED);
         }
         self.layout.build(surface, &mut self.metric, strip);
         self.fill_bounds(surface, strip, plan);
@@ -176,7 +176,7 @@ impl Engine {
         let all = 0..strip.len();
         let mut rule = Rule {
             near: 0.0,
-            wished: &|k| wished[k],
+            wished: &|_, k| wished[k],
             allowed: &mut allowed,
             straight: true,
             windows: std::slice::from_ref(&all),

@@ -230,7 +230,7 @@ impl SurfacePolyline {
             let at = self.crossings.first().map_or(self.start.face, |crossing| crossing.face);
             return Err(PointError::BadCrossing(at).into());
         }
-        let turned = strip.seam_off_crossings_at_vertices();
+        let turned = strip.seam_off_crossings_at_vertices(surface);
         strip.measure(surface);
         Ok(turned)
     }

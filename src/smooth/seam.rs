@@ -7,37 +7,47 @@ use crate::surface::Surface;
 
 impl Engine {
     /// Moves the seam of a closed line, which is laid flat, off the vertices that the line touches; and off what the last flips changed, unless all is
-    /// to be solved for anyway: a change at the seam would have all of the line solved for in its place.
-    pub(crate) fn move_seam(&mut self, surface: &Surface, strip: &mut Strip, near: f64, all: bool) {
+    /// to be solved for anyway: a change at the seam would have all of the line solved for in its place. Where a run was left because it is at
+    /// the seam, that `must` move.
+    pub(crate) fn move_seam(&mut self, surface: &Surface, strip: &mut Strip, near: f64, all: bool, must: bool) {
         let Self { layout, flipper, .. } = self;
         let changed = &mut flipper.changed;
-        let first = place(surface, strip, layout, near, if all { &[] } else { changed });
+        let first = seam_place(surface, strip, layout, near, if all || must { &[] } else { changed }, must);
         if first > 0 {
             strip.rotate(first);
             layout.rotate(first);
-            turn(changed, first, strip.len());
+            turn_along(changed, first, strip.len());
         }
     }
 }
 
 /// The crossing before which the seam is to be: where it is, if that is good enough.
-fn place(surface: &Surface, strip: &Strip, layout: &Layout, near: f64, changed: &[Range<usize>]) -> usize {
+fn seam_place(
+    surface: &Surface,
+    strip: &Strip,
+    layout: &Layout,
+    near: f64,
+    changed: &[Range<usize>],
+    must: bool,
+) -> usize {
     let n = strip.len();
     if n == 0 {
         return 0;
     }
-    let touches = |s: &Strip, i: usize| near / layout.lengths[i].max(f64::MIN_POSITIVE) >= s.at[i].min(1.0 - s.at[i]);
+    let free = |i: &usize| strip.is_seam_free(surface, *i, |k, off| off * layout.lengths[k] <= near);
     let is_apart = changed.iter().all(|range| range.start > MARGIN && range.end + MARGIN < n);
     let gap = widest_gap(changed, n);
-    let half = gap.len() / 2;
-    let outwards = (0..half).flat_map(|k| [gap.start + half - k, gap.start + half + k]).map(|i| i % n);
-    let here = is_apart.then_some(0).into_iter();
-    let free = here.chain(outwards).chain(0..n).find(|i| strip.is_seam_free(*i, touches));
-    // Where all of the line touches vertices the seam goes from run to run, so that each is passed in its turn.
+    let middle = gap.start + gap.len() / 2;
+    let outwards =
+        (0..=gap.len() / 2).flat_map(|k| [middle - k, middle + k]).filter(|i| gap.contains(i)).map(|i| i % n);
+    let here = (is_apart && !must).then_some(0).into_iter();
+    if let Some(first) = here.chain(outwards).chain(0..n).find(free) {
+        return first;
+    }
+    // Where the line touches vertices all along, the seam goes from run to run, so that each is passed in its turn.
     let vertex = |i: usize| strip.end_vertex(surface, i % n, strip.at[i % n] > 0.5);
-    let in_next_run =
-        || (1..n).find(|i| vertex(*i) != vertex(i - 1) && vertex(*i) == vertex(i + 1)).map(|i| (i + 1) % n);
-    free.or_else(|| (0..n).find(|i| !touches(strip, *i))).or_else(in_next_run).unwrap_or(0)
+    let in_next_run = (1..n).find(|i| vertex(*i) != vertex(i - 1) && vertex(*i) == vertex(i + 1));
+    in_next_run.map_or(0, |i| (i + 1) % n)
 }
 
 /// The widest gap between changed ranges of a closed line of `n` crossings, without the margins of these; it may reach beyond `n`.
@@ -48,7 +58,7 @@ fn widest_gap(changed: &[Range<usize>], n: usize) -> Range<usize> {
 }
 
 /// Changed ranges of a closed line of `n` crossings that begins with crossing `first` now; all of it where one lies about that.
-fn turn(changed: &mut Vec<Range<usize>>, first: usize, n: usize) {
+fn turn_along(changed: &mut Vec<Range<usize>>, first: usize, n: usize) {
     if changed.iter().any(|range| range.start < first && first < range.end) {
         changed.clear();
         changed.push(0..n);
@@ -97,7 +107,7 @@ mod tests {
             let was = sides(&strip, &changed);
             engine.flipper.changed = changed;
             engine.layout.build(&surface, &mut engine.metric, &strip);
-            engine.move_seam(&surface, &mut strip, 1e-9, false);
+            engine.move_seam(&surface, &mut strip, 1e-9, false, false);
             let changed = engine.flipper.changed.clone();
             assert_eq!(sides(&strip, &changed), was);
             assert!(changed.is_sorted_by_key(|range| range.start), "{changed:?}");
@@ -113,6 +123,22 @@ mod tests {
         }
     }
 
+    #[test]
+    fn changed_ranges_go_along() {
+        let turned = |changed: &[Range<usize>], first: usize| {
+            let mut changed = changed.to_vec();
+            turn_along(&mut changed, first, 10);
+            changed
+        };
+        assert_eq!(turned(&[1..2, 4..6, 8..9], 7), [1..2, 4..5, 7..9]);
+        assert_eq!(turned(&[1..2, 4..6], 4), [0..2, 7..8]);
+        assert_eq!(turned(&[1..2, 4..6], 5), std::slice::from_ref(&(0..10)), "one lies about the seam");
+        assert_eq!(turned(&[], 3), []);
+        assert_eq!(widest_gap(&[10..12, 70..71], 100), 12 + MARGIN + 1..70 - MARGIN);
+        assert_eq!(widest_gap(&[10..12, 40..41], 100), 41 + MARGIN + 1..110 - MARGIN);
+        assert!(widest_gap(&[0..3, 8..9], 16).is_empty());
+    }
+
     /// A line there and back along an edge touches vertices everywhere; its seam comes into either run.
     #[test]
     fn a_seam_among_vertices_goes_from_run_to_run() {
@@ -126,7 +152,7 @@ mod tests {
         let mut firsts = std::collections::HashSet::new();
         for _ in 0..strip.len() {
             engine.layout.build(&surface, &mut engine.metric, &strip);
-            engine.move_seam(&surface, &mut strip, 1e-9, true);
+            engine.move_seam(&surface, &mut strip, 1e-9, true, true);
             let vertex = |i: usize| strip.end_vertex(&surface, i, strip.at[i] > 0.5);
             assert_eq!(vertex(0), vertex(strip.len() - 1));
             firsts.insert(vertex(0));

@@ -10,10 +10,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use super::{
-    layout::Layout,
-    task::{Part, Task, Watch, barrier},
-};
+use super::task::{Part, Task, Watch, barrier};
 
 /// Below this a stretch is as good as straight and Newton's matrix is taken.
 const NEARLY: f64 = 0.3;
@@ -51,14 +48,6 @@ pub(crate) struct Solver {
 }
 
 impl Solver {
-    /// What tether and barrier pull a crossing by, to the right, after a solve.
-    pub(crate) fn pull_over_length(&self, layout: &Layout, i: usize) -> f64 {
-        match (self.pull.get(i), layout.lengths.get(i)) {
-            (Some(pull), Some(length)) if *length > 0.0 => pull / length,
-            _ => 0.0,
-        }
-    }
-
     /// Moves the crossings of a range to where they are best, the others held; gives the steps taken and the largest turn
     /// that remained.
     pub(crate) fn run(

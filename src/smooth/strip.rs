@@ -260,29 +260,36 @@ impl Strip {
 
     /// Of a closed line: moves the seam where no run reaches over it that lies about a vertex which the line touches, if there is
     /// such a place; says which crossing is the first one now.
-    pub(crate) fn seam_off_vertices(&mut self, touches: impl Fn(&Self, usize) -> bool) -> usize {
-        let n = self.len();
-        if !self.closed || n == 0 {
+    pub(crate) fn seam_off_vertices(&mut self, surface: &Surface, touches: impl Fn(usize, f64) -> bool) -> usize {
+        if !self.closed {
             return 0;
         }
-        let free = |i: &usize| self.is_seam_free(*i, &touches);
-        let first = (0..n).find(free).or_else(|| (0..n).find(|i| !touches(self, *i))).unwrap_or(0);
+        let first = (0..self.len()).find(|i| self.is_seam_free(surface, *i, &touches)).unwrap_or(0);
         if first > 0 {
             self.rotate(first);
         }
         first
     }
 
-    /// Of a closed line: whether no run reaches over a seam before crossing `i`.
-    pub(crate) fn is_seam_free(&self, i: usize, touches: impl Fn(&Self, usize) -> bool) -> bool {
+    /// Of a closed line: whether a seam before crossing `i` is neither in nor beside a run about a vertex that the line touches; it does where
+    /// `touches` says so of a crossing and which share of its side that is off.
+    pub(crate) fn is_seam_free(&self, surface: &Surface, i: usize, touches: impl Fn(usize, f64) -> bool) -> bool {
         let n = self.len();
-        !touches(self, i) && !touches(self, (i + n - 1) % n)
+        let before = (i + n - 1) % n;
+        [(i, false), (i, true), (before, false), (before, true)].into_iter().all(|(of, left)| {
+            let vertex = self.end_vertex(surface, of, left);
+            let off = |k: usize| if left { 1.0 - self.at[k] } else { self.at[k] };
+            let is_about = |k: &usize| self.end_vertex(surface, *k, left) == vertex;
+            let forwards = (0..n).map(|k| (of + k) % n).take_while(is_about);
+            let backwards = (1..n).map(|k| (of + n - k) % n).take_while(is_about);
+            !forwards.chain(backwards).any(|k| touches(k, off(k)))
+        })
     }
 
     /// Of a closed line: moves the seam to where the line is at no vertex, if there is such a place, so that what bends at a
     /// vertex is in one piece.
-    pub(crate) fn seam_off_crossings_at_vertices(&mut self) -> usize {
-        self.seam_off_vertices(|s, i| s.at[i] <= AT_VERTEX || s.at[i] >= 1.0 - AT_VERTEX)
+    pub(crate) fn seam_off_crossings_at_vertices(&mut self, surface: &Surface) -> usize {
+        self.seam_off_vertices(surface, |_, off| off <= AT_VERTEX)
     }
 
     /// Whether each side leads to the face that the next one leaves, and no side is crossed back at once.

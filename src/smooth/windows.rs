@@ -53,6 +53,18 @@ impl Engine {
     }
 }
 
+/// Puts ranges in order, and joins those that overlap or touch.
+pub(super) fn merge(ranges: &mut Vec<Range<usize>>) {
+    ranges.sort_unstable_by_key(|range| range.start);
+    ranges.dedup_by(|next, kept| {
+        let touches = next.start <= kept.end;
+        if touches {
+            kept.end = kept.end.max(next.end);
+        }
+        touches
+    });
+}
+
 /// Solves for the crossings of a window, and for more of them as long as those beside it would move.
 pub(crate) fn solve_window(
     solver: &mut Solver,

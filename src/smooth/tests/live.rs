@@ -38,6 +38,32 @@ fn a_slider_gives_what_smoothing_at_once_gives_in_any_order() {
     assert!(live.smooth(&surface, 10.0).unwrap().after.total_turn <= last.after.total_turn * (1.0 + 1e-9));
 }
 
+/// Closed lines, whose seam moves about while they are smoothed.
+#[test]
+fn a_slider_over_closed_lines_gives_what_smoothing_at_once_gives() {
+    let surface = built(&shapes::icosphere(4));
+    let mut random = Random(52);
+    let mut live: Option<LiveSmoothing> = None;
+    for _ in 0..6 {
+        let mut tremor = || 0.3 * (random.next() - 0.5);
+        let around = (0..90).map(|k| f64::from(k) * std::f64::consts::TAU / 90.0);
+        let line =
+            ring(&surface, around.map(|a| DVec3::new(a.cos() + tremor(), a.sin() + tremor(), (3.0 * a).sin() * 0.3)));
+        let live = match &mut live {
+            Some(live) => {
+                live.take_up(&surface, line.clone()).unwrap();
+                live
+            }
+            none => none.insert(LiveSmoothing::new(&surface, line.clone(), Smoothing::default()).unwrap()),
+        };
+        for closeness in [10.0, 0.1, 1000.0, 1.0] {
+            let smoothing = Smoothing::tether(closeness);
+            let at_once = smooth(&surface, &mut SmoothWorkspace::default(), &line, &smoothing).unwrap();
+            assert_eq!(live.smooth(&surface, closeness).unwrap(), &at_once, "{closeness}");
+        }
+    }
+}
+
 #[test]
 fn smoothing_stops_when_it_is_told_to() {
     let (surface, line) = sphere_and_line(400);

@@ -59,7 +59,7 @@ fn flip(surface: &Surface, strip: &mut Strip, straight: bool) -> usize {
     layout.build(surface, &mut metric, strip);
     let all = 0..strip.len();
     let mut rule =
-        Rule { near: 1.0, wished: &|_| 0.0, allowed: &mut |_| true, straight, windows: std::slice::from_ref(&all) };
+        Rule { near: 1.0, wished: &|_, _| 0.0, allowed: &mut |_| true, straight, windows: std::slice::from_ref(&all) };
     Flipper::default().flip(surface, &mut metric, strip, &layout, &mut rule).count
 }
 
@@ -117,7 +117,7 @@ fn fixed_crossings_and_vertices_that_are_not_allowed_are_not_passed() {
     let all = 0..strip.len();
     let mut rule = Rule {
         near: 1.0,
-        wished: &|_| 0.0,
+        wished: &|_, _| 0.0,
         allowed: &mut |_| false,
         straight: false,
         windows: std::slice::from_ref(&all),
@@ -136,7 +136,7 @@ fn a_line_that_is_to_turn_leads_around() {
     for (wish, count) in [(0.0, 1), (0.3, 0), (-0.3, 1)] {
         let mut strip = strip.clone();
         let left = strip.run_at(&surface, 0, true).last == 4;
-        let wished = |_: usize| if left { wish } else { -wish };
+        let wished = |_: &Strip, _: usize| if left { wish } else { -wish };
         let mut rule = Rule {
             near: 1.0,
             wished: &wished,
