@@ -142,7 +142,7 @@ pub(crate) struct Engine {
     pub(crate) stiffness: Vec<f64>,
     pub(crate) shortcuts: Shortcuts,
     ends: Vec<[bool; 2]>,
-    pieces: Vec<[f64; 2]>,
+    pub(crate) pieces: Vec<[f64; 2]>,
     pub(crate) turns: Vec<Turn>,
     pub(crate) fros: Vec<f64>,
     kept: Strip,
@@ -402,6 +402,9 @@ impl Engine {
         self.choose_windows(strip, true);
         let how = How { stages: &LAST, inside: 0.0, tolerance: EXACTLY, afresh: true };
         done.steps += self.run_solver(strip, plan, &how, watch);
+        if !plan.profile {
+            self.straighten_gathered(surface, strip, plan.mean);
+        }
         watch.see(strip);
     }
 

@@ -32,6 +32,7 @@ mod engine;
 mod envelope;
 mod fan;
 mod flip;
+mod gathered;
 mod hinge;
 mod layout;
 mod live;
