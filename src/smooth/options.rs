@@ -99,7 +99,7 @@ pub enum Iteration {
 /// How a line is smoothed.
 ///
 /// The default suits lines drawn by hand: tethered with closeness 10, what is smooth already stays. On jagged lines that closeness leaves less than a
-/// thousandth of the squared curvature, a mean edge and a quarter from where they were drawn; 100 leaves thirty times as much, three quarters as far
+/// thousandth of the squared curvature, a mean edge and a third from where they were drawn; 100 leaves thirty times as much, three quarters as far
 /// (the example `smoothing_report` measures it).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy_reflect::Reflect))]
