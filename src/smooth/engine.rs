@@ -142,7 +142,9 @@ pub(crate) struct Engine {
     pub(crate) stiffness: Vec<f64>,
     pub(crate) shortcuts: Shortcuts,
     ends: Vec<[bool; 2]>,
-    pub(crate) pieces: Vec<[f64; 2]>,
+    pieces: Vec<[f64; 2]>,
+    /// Where crossings were, and where they are to be.
+    pub(crate) places: Vec<[f64; 2]>,
     pub(crate) turns: Vec<Turn>,
     pub(crate) fros: Vec<f64>,
     kept: Strip,
@@ -402,7 +404,7 @@ impl Engine {
         self.choose_windows(strip, true);
         let how = How { stages: &LAST, inside: 0.0, tolerance: EXACTLY, afresh: true };
         done.steps += self.run_solver(strip, plan, &how, watch);
-        if !plan.profile {
+        if !plan.profile && plan.barrier.is_none() {
             self.straighten_gathered(surface, strip, plan.mean);
         }
         watch.see(strip);

@@ -146,7 +146,8 @@ impl Flipper {
                 self.changed.push(0..strip.len());
             }
             // What led there and back took others along.
-            self.changed.iter_mut().for_each(|range| range.end = range.end.min(strip.len()));
+            let n = strip.len();
+            self.changed.iter_mut().for_each(|range| *range = range.start.min(n)..range.end.min(n));
             merge(&mut self.changed);
         }
         Some(flipped)

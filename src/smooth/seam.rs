@@ -8,7 +8,7 @@ use crate::surface::Surface;
 impl Engine {
     /// Moves the seam of a closed line, which is laid flat, off the vertices that the line touches; and off what the last flips changed, unless all is
     /// to be solved for anyway: a change at the seam would have all of the line solved for in its place. Where a run was left because it is at
-    /// the seam, that `must` move.
+    /// the seam, it `must` move.
     pub(crate) fn move_seam(&mut self, surface: &Surface, strip: &mut Strip, near: f64, all: bool, must: bool) {
         let Self { layout, flipper, .. } = self;
         let changed = &mut flipper.changed;
@@ -43,6 +43,9 @@ fn seam_place(
     let here = (is_apart && !must).then_some(0).into_iter();
     if let Some(first) = here.chain(outwards).chain(0..n).find(free) {
         return first;
+    }
+    if !must {
+        return 0;
     }
     // Where the line touches vertices all along, the seam goes from run to run, so that each is passed in its turn.
     let vertex = |i: usize| strip.end_vertex(surface, i % n, strip.at[i % n] > 0.5);

@@ -264,15 +264,17 @@ impl Strip {
         if !self.closed {
             return 0;
         }
-        let first = (0..self.len()).find(|i| self.is_seam_free(surface, *i, &touches)).unwrap_or(0);
+        let touches_none = |i: &usize| !touches(*i, self.at[*i]) && !touches(*i, 1.0 - self.at[*i]);
+        let free = (0..self.len()).find(|i| self.is_seam_free(surface, *i, &touches));
+        let first = free.or_else(|| (0..self.len()).find(touches_none)).unwrap_or(0);
         if first > 0 {
             self.rotate(first);
         }
         first
     }
 
-    /// Of a closed line: whether a seam before crossing `i` is neither in nor beside a run about a vertex that the line touches; it does where
-    /// `touches` says so of a crossing and which share of its side that is off.
+    /// Of a closed line: whether a seam before crossing `i` is neither in nor beside a run about a vertex that the line touches. `touches` is told a
+    /// crossing, and how far it is off the vertex, as a share of its side.
     pub(crate) fn is_seam_free(&self, surface: &Surface, i: usize, touches: impl Fn(usize, f64) -> bool) -> bool {
         let n = self.len();
         let before = (i + n - 1) % n;

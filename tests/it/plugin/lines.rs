@@ -501,7 +501,7 @@ fn a_slider_over_two_thousand_crossings_is_live() {
             "{crossings} crossings, {budget:?}: {heard} of 60 results came; an update takes {:.2} ms, at most {:.2} ms",
             times[30], times[59]
         );
-        // Without a limit a frame takes what smoothing takes; with one no frame waits for it, and what it is told comes a little later.
+        // Without a limit a frame takes what smoothing takes; with one it waits for nothing, and results come some frames later.
         assert!(heard >= 50, "{heard} results");
         assert!(times[30] < 16.6, "{} ms", times[30]);
     }
