@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(turned(&[1..2, 4..6, 8..9], 7), [1..2, 4..5, 7..9]);
         assert_eq!(turned(&[1..2, 4..6], 4), [0..2, 7..8]);
         assert_eq!(turned(&[1..2, 4..6], 5), std::slice::from_ref(&(0..10)), "one lies about the seam");
-        assert_eq!(turned(&[], 3), []);
+        assert!(turned(&[], 3).is_empty());
         assert_eq!(widest_gap(&[10..12, 70..71], 100), 12 + MARGIN + 1..70 - MARGIN);
         assert_eq!(widest_gap(&[10..12, 40..41], 100), 41 + MARGIN + 1..110 - MARGIN);
         assert!(widest_gap(&[0..3, 8..9], 16).is_empty());
