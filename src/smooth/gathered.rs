@@ -14,7 +14,7 @@ use crate::surface::Surface;
 
 /// No crossing is moved farther than this, in mean edges: what is farther off has been solved for.
 const FAR: f64 = 0.05;
-/// What turns by no less than this more than it has to is laid straight, in radians: bends that were solved for stay.
+/// Crossings are moved only if the line then turns by so much less, in radians: bends that were solved for stay.
 const GAIN: f64 = 1e-2;
 
 impl Engine {
